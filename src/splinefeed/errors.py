@@ -6,7 +6,21 @@ from collections.abc import Iterable
 
 
 class SplinefeedError(Exception):
-    """The root: catch this to catch every error that splinefeed raises on purpose."""
+    """The root: catch this to catch every error that splinefeed raises on purpose.
+
+    References
+    ----------
+    .. [1] docs/api/errors.md
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> try:
+    ...     sf.Limits(feed=-60)
+    ... except sf.SplinefeedError as error:
+    ...     print(type(error).__name__)
+    LimitsError
+    """
 
 
 class InputError(SplinefeedError, ValueError):
@@ -38,7 +52,15 @@ LONGEST_PROBLEM = 400
 
 
 class ProblemsError(FormatError):
-    """A file with several faults: the first line names the file, each of `problems` its place and how to fix it."""
+    """A file with several faults: the first line names the file, each other one a place and how to fix it.
+
+    Parameters
+    ----------
+    name : object
+        The file.
+    problems : iterable of str
+        One for each fault; long ones are cut.
+    """
 
     def __init__(self, name: object, problems: Iterable[str]) -> None:
         self.problems = tuple(
@@ -58,9 +80,27 @@ _PLACES = ("first", "second", "third")
 
 
 def expect(call: str, *given: tuple[object, type | tuple[type, ...]]) -> None:
-    """InputError unless what stands in each place of a call is of its type; `call` is written with its order.
+    """Refuse a call whose arguments are of other types.
 
-    Example: `expect("check(setpoints, path, limits)", (points, Setpoints), (path, Path), (limits, Limits))`
+    Parameters
+    ----------
+    call : str
+        The call, written with its order.
+    *given : tuple
+        What stands in each place of the call, and its type or types.
+
+    Raises
+    ------
+    InputError
+        That names the place, and the order of the call.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> sf.errors.expect("smooth(path, tolerance)", (5, sf.Path))
+    Traceback (most recent call last):
+        ...
+    splinefeed.errors.InputError: smooth: expected Path first, got int; the order is smooth(path, tolerance)
     """
     for place, (value, types) in zip(_PLACES, given, strict=False):
         if not isinstance(value, types):
@@ -72,7 +112,28 @@ def expect(call: str, *given: tuple[object, type | tuple[type, ...]]) -> None:
 
 
 def nearest(name: object, known: Iterable[str], otherwise: str = "known are {}") -> str:
-    """What to say of a name that is not `known`: the one that it is nearest to, or all of them."""
+    """Say what a name that is not known may have meant.
+
+    Parameters
+    ----------
+    name : object
+        That is not known.
+    known : iterable of str
+        The names that are.
+    otherwise : str, optional
+        What to say of all of them where none is near.
+
+    Returns
+    -------
+    str
+        A question, or all names.
+
+    Examples
+    --------
+    >>> from splinefeed.errors import nearest
+    >>> nearest("buterfly", ["butterfly", "circle"])
+    "did you mean 'butterfly'?"
+    """
     from difflib import get_close_matches
 
     known = list(known)

@@ -213,12 +213,46 @@ IN_ORDER = re.compile(r"(\w+)\[\d+\]")
 
 
 def field_of(name: str) -> str:
-    """The field of Limits that a name of `Limits.as_dict` belongs to: axis_jerk for axis_jerk.x and axis_jerk[0]."""
+    """Find the field of Limits that a name of `Limits.as_dict` belongs to.
+
+    Parameters
+    ----------
+    name : str
+        Such as axis_jerk.x.
+
+    Returns
+    -------
+    str
+        The field.
+
+    Examples
+    --------
+    >>> from splinefeed.limit_table import field_of
+    >>> field_of("axis_jerk.x"), field_of("axis_jerk[0]")
+    ('axis_jerk', 'axis_jerk')
+    """
     return re.split(r"[.[]", name, maxsplit=1)[0]
 
 
 def order_of(name: str) -> int:
-    """Which derivative by time a limit bounds, by its name: 3 for axis_jerk.x and combinations.left.jerk."""
+    """Find which derivative by time a limit bounds, by its name.
+
+    Parameters
+    ----------
+    name : str
+        As `Limits.as_dict` has it.
+
+    Returns
+    -------
+    int
+        0 for lengths and angles.
+
+    Examples
+    --------
+    >>> from splinefeed.limit_table import order_of
+    >>> order_of("axis_jerk.x"), order_of("combinations.left.jerk")
+    (3, 3)
+    """
     kind, *rest = name.split(".")
     if kind == "combinations" and len(rest) == 2:  # not one of its weights
         return BOUNDED.index(rest[1]) + 1
@@ -227,7 +261,24 @@ def order_of(name: str) -> int:
 
 
 def words_of(name: str) -> str:
-    """The name of a limit in words: axis jerk x for axis_jerk.x, combination left jerk for combinations.left.jerk."""
+    """Write the name of a limit in words.
+
+    Parameters
+    ----------
+    name : str
+        As `Limits.as_dict` has it.
+
+    Returns
+    -------
+    str
+        For people.
+
+    Examples
+    --------
+    >>> from splinefeed.limit_table import words_of
+    >>> words_of("axis_jerk.x"), words_of("combinations.left.jerk")
+    ('axis jerk x', 'combination left jerk')
+    """
     kind, *rest = name.split(".")
     if kind == "travel":
         return f"travel {'.'.join(rest)}, from its middle"
@@ -242,9 +293,18 @@ def unit_of_axis(axis: str) -> str:
 
 
 def unit_along(axes: Iterable[str]) -> str:
-    """Unit of arc length along a path of these axes, for people: "mm", or what all of them are in, "deg" or "rad".
+    """Find the unit of arc length along a path of these axes, for people.
 
-    Where some joints turn and others slide, or nobody says what they do, it is (mm or rad).
+    Parameters
+    ----------
+    axes : iterable of str
+        Names of axes, or Joints.
+
+    Returns
+    -------
+    str
+        "mm", or what all of them are in, "deg" or "rad". Where some joints turn and others slide, or nobody says what
+        they do, it is (mm or rad).
     """
     found = list(dict.fromkeys(map(unit_of_axis, axes)))
     if len(found) <= 1:
@@ -253,9 +313,25 @@ def unit_along(axes: Iterable[str]) -> str:
 
 
 def unit_of(name: str, along: str = "mm") -> str:
-    """Unit of a limit by its name, for people: of a rotary axis in degrees, along a path in `along` and its like.
+    """Find the unit of a limit by its name, for people.
 
-    Example: `unit_of("axis_jerk.theta")` is deg/s^3
+    Parameters
+    ----------
+    name : str
+        As `Limits.as_dict` has it.
+    along : str, optional
+        Unit of length along the path.
+
+    Returns
+    -------
+    str
+        Of a rotary axis in degrees.
+
+    Examples
+    --------
+    >>> from splinefeed.limit_table import unit_of
+    >>> unit_of("axis_jerk.theta"), unit_of("feed")
+    ('deg/s^3', 'mm/s')
     """
     kind, _, axis = name.partition(".")
     if kind in KINDS and (unit := KINDS[kind].unit) is not None:

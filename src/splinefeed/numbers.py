@@ -20,19 +20,30 @@ _SHOWN = 40
 
 
 def finite(given: object, name: str = "") -> float:
-    """A text or a number as a float.
+    """Read a text or a number as a float.
 
     Parameters
     ----------
-    given
+    given : object
         Digits with a sign, a point and an exponent at most, blanks around them; or a number, but no truth value.
-    name
+    name : str, optional
         What the message calls it.
+
+    Returns
+    -------
+    float
+        At most MOST in size.
 
     Raises
     ------
     InputError
         For anything else: it names the value and says what is expected.
+
+    Examples
+    --------
+    >>> from splinefeed import numbers
+    >>> numbers.finite(" -1.5e3 ")
+    -1500.0
     """
     text = given.strip() if isinstance(given, str) else ""
     value = _real(text if _NUMBER.fullmatch(text) else None) if isinstance(given, str) else _real(given)
@@ -44,7 +55,27 @@ def finite(given: object, name: str = "") -> float:
 
 
 def whole(given: object, name: str = "", least: int = -MOST_WHOLE, most: int = MOST_WHOLE) -> int:
-    """A text or a number as a whole number from `least` to `most`; InputError as `finite` raises it."""
+    """Read a text or a number as a whole number.
+
+    Parameters
+    ----------
+    given : object
+        Digits with a sign at most, blanks around them; or a whole number, but no truth value.
+    name : str, optional
+        What the message calls it.
+    least, most : int, optional
+        Its bounds.
+
+    Returns
+    -------
+    int
+        From `least` to `most`.
+
+    Raises
+    ------
+    InputError
+        For anything else: it names the value and says what is expected.
+    """
     if isinstance(given, str):
         text = given.strip()
         digits = text.removeprefix("-").removeprefix("+")

@@ -12,14 +12,28 @@ _listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 
 
 def tell(what: str, done: float, of: float) -> None:
-    """Say that so much of `what` is done; nothing where nobody listens, as in processes that work is spread to."""
+    """Say that so much of a work is done; nothing where nobody listens, as in processes that work is spread to.
+
+    Parameters
+    ----------
+    what : str
+        The work.
+    done, of : float
+        How much of it is there, and how much there is.
+    """
     if (listener := _listener.get()) is not None:
         listener(what, done, of)
 
 
 @contextmanager
 def listening(listener: Listener | None) -> Iterator[None]:
-    """Hear what work inside tells; None leaves the listener of before."""
+    """Hear what work inside the context tells.
+
+    Parameters
+    ----------
+    listener : callable or None
+        Called with what is done, how much of it is there, and how much there is; None leaves the listener of before.
+    """
     token = _listener.set(listener or _listener.get())
     try:
         yield

@@ -16,7 +16,17 @@ Dimensions = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Kind:
-    """What a quantity is: its name with an article, its base unit, and how a user may write one."""
+    """What a quantity is.
+
+    Parameters
+    ----------
+    title : str
+        Its name with an article.
+    base : str
+        Its base unit.
+    example : str
+        How a user may write one.
+    """
 
     title: str
     base: str
@@ -78,17 +88,57 @@ _SIGNS = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "³": "^3", "°": "deg
 
 
 def parse(quantity: str | float, kind: str, bare: str | None = None) -> float:
-    """The value of `quantity` in the base unit of its `kind` (see KINDS); a bare number is in `bare`, or in that unit.
+    """Convert a quantity to the base unit of its kind.
 
-    Raises UnitError for text that is not a finite number, and for an unknown unit or one of another kind.
+    Parameters
+    ----------
+    quantity : str or float
+        Such as "3600mm/min", or a bare number.
+    kind : str
+        A name of KINDS.
+    bare : str, optional
+        Unit of a bare number, the base unit by default.
+
+    Returns
+    -------
+    float
+        In the base unit: mm, s or rad, and what is made of them.
+
+    Raises
+    ------
+    UnitError
+        For text that is not a finite number, and for an unknown unit or one of another kind.
+
+    Examples
+    --------
+    >>> from splinefeed import units
+    >>> units.parse("3600mm/min", "feed"), units.parse(0.5, "length", "in")
+    (60.0, 12.7)
     """
     return read(quantity, KINDS[kind], bare or KINDS[kind].base)
 
 
 def read(quantity: object, wanted: Kind, bare: str | None) -> float:
-    """The value of `quantity` in the base unit of `wanted`; a bare number is in `bare` or, without it, refused.
+    """Convert a quantity to the base unit of a kind that may have no name.
 
-    Raises UnitError as `parse` does.
+    Parameters
+    ----------
+    quantity : object
+        Text, or a number.
+    wanted : Kind
+        What it must be.
+    bare : str or None
+        Unit of a bare number; None refuses it.
+
+    Returns
+    -------
+    float
+        In the base unit of `wanted`.
+
+    Raises
+    ------
+    UnitError
+        As `parse` raises it, and for a bare number that is refused.
     """
     try:
         return _value(quantity, wanted, bare)
@@ -129,7 +179,26 @@ def _value(quantity: Any, wanted: Kind, bare: str | None) -> float:
 
 
 def format_quantity(value: float, kind: str) -> str:
-    """`value`, in the base unit of its `kind`, for people: six digits, short times in ms or us."""
+    """Write a value for people: six digits, short times in ms or us.
+
+    Parameters
+    ----------
+    value : float
+        In the base unit of its kind.
+    kind : str
+        A name of KINDS.
+
+    Returns
+    -------
+    str
+        With its unit.
+
+    Examples
+    --------
+    >>> from splinefeed import units
+    >>> units.format_quantity(1e-3, "time"), units.format_quantity(60.0, "feed")
+    ('1 ms', '60 mm/s')
+    """
     unit = KINDS[kind].base
     if kind == "time" and 0.0 < abs(value) < 1.0:
         value, unit = (value * 1e3, "ms") if abs(value) >= 1e-3 else (value * 1e6, "us")

@@ -46,7 +46,13 @@ _PROGRAM = (
 
 
 class LostError(Exception):
-    """A worker was killed or died over a request; `late` is whether it timed out."""
+    """A worker was killed or died over a request.
+
+    Parameters
+    ----------
+    late : bool
+        Whether it timed out.
+    """
 
     def __init__(self, late: bool) -> None:
         super().__init__("it timed out" if late else "it died")
@@ -56,8 +62,16 @@ class LostError(Exception):
 class Worker:
     """A process that starts with the first request, and again after its death.
 
-    handler  "module:function"; called in the process with its `Mail` and `words`, it gives what answers requests
-    memory   address space of the process, bytes; quiet  whether what it prints goes nowhere
+    Parameters
+    ----------
+    handler : str
+        "module:function"; called in the process with its `Mail` and `words`, it gives what answers requests.
+    *words : str
+        For the handler.
+    memory : int
+        Address space of the process, bytes.
+    quiet : bool, optional
+        Whether what it prints goes nowhere.
     """
 
     def __init__(self, handler: str, *words: str, memory: int, quiet: bool = False) -> None:
@@ -72,7 +86,29 @@ class Worker:
             self._running()
 
     def ask(self, request: Said, heard: Callable[[Said], None] | None = None, seconds: float | None = None) -> Answer:
-        """The answer to `request`; `heard` gets what the worker says before. LostError without an answer."""
+        """Send a request, and wait for the answer.
+
+        Parameters
+        ----------
+        request : dict
+            For JSON.
+        heard : callable, optional
+            Gets what the worker says before.
+        seconds : float, optional
+            Time that it has, s.
+
+        Returns
+        -------
+        head : dict
+            Of JSON.
+        body : bytes
+            Behind it.
+
+        Raises
+        ------
+        LostError
+            Without an answer.
+        """
         if self._owner != os.getpid():  # forked: two must not talk through the same pipe
             self._own()
         with self._lock:
@@ -166,9 +202,21 @@ def cores() -> int:
 
 
 def spread(function: Callable[[Any, Any], Any], shared: Any, items: Sequence[Any]) -> Iterator[Any]:
-    """`function(shared, item)` for each item, in order: here as long as that is little work, then on all cores.
+    """Apply a function to items, here as long as that is little work, then on all cores.
 
-    The function is one of a module. What cannot be pickled stays here. An exception comes where its result would.
+    Parameters
+    ----------
+    function : callable
+        Of a module, called with `shared` and an item. What cannot be pickled stays here.
+    shared : object
+        For all items.
+    items : sequence
+        To be worked on.
+
+    Yields
+    ------
+    object
+        What the function gives for each item, in order; an exception comes where its result would.
     """
     began, many = time.monotonic(), cores()
     done = 0
@@ -273,7 +321,20 @@ class Mail:
 
 
 def serve(pipe: int, lifeline: int, memory: int, handler: str, *words: str) -> None:
-    """Answer what comes by the file descriptor `pipe` until its other end closes; die when that of `lifeline` does."""
+    """Answer requests, in the process of a worker.
+
+    Parameters
+    ----------
+    pipe, lifeline : int
+        File descriptors: requests come by the first until its other end closes; the process dies when that of the
+        second does.
+    memory : int
+        Address space of the process, bytes.
+    handler : str
+        As of `Worker`.
+    *words : str
+        For the handler.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's, which ends us
     _die_with(lifeline)
     limit_memory(memory)

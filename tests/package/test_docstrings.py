@@ -20,12 +20,15 @@ from splinefeed.interpolation import registry
 DONE = (
     "checks",
     "curves",
+    "errors",
+    "files",
     "formats",
     "interpolation",
     "kinematics",
     "limit_table",
     "live",
     "machine",
+    "numbers",
     "paths",
     "planner",
     "programs",
@@ -34,7 +37,11 @@ DONE = (
     "robots",
     "runs",
     "simulation",
+    "studio",
     "sweeps",
+    "telling",
+    "units",
+    "workers",
 )
 #: Sections in their order.
 SECTIONS = ["Parameters", "Attributes", "Returns", "Yields", "Raises", "Notes", "References", "Examples"]
@@ -58,10 +65,10 @@ UNIT = re.compile(r"\b(mm|s|ms|us|rad|deg|dB|V|N|px|Hz|ticks?|share|bytes?)\b")
 #: What only this package makes checks nothing.
 NO_ERRORS = re.compile(
     r"AxisMotion|AxisTuning|Bound|Contour|Fit|Joint|LimitResult|LimitUse|Margins|MethodResult|MethodTrace|MotionBlock"
-    r"|OverrideTicks|PathParts|PathTuning|Ripple|Run|Tuning|UltimatePoint|Verdict|butterfly|margins|methods"
+    r"|OverrideTicks|PathParts|PathTuning|Ripple|Run|SplinefeedError|Tuning|UltimatePoint|Verdict|butterfly|margins|methods"
 )
 #: A name of a method, and text.
-NO_UNITS = re.compile(r"Figure|methods|register|from_text")
+NO_UNITS = re.compile(r"Figure|SplinefeedError|methods|register|from_text")
 
 
 #: What others derive from: their methods are described here, and a method in place of one says what it does there.

@@ -29,8 +29,20 @@ _REASONS = {
 def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Give a temporary name to write to; the finished file is put at `path`, a failed one is removed.
 
-    A link is followed, a file that was there stays untouched until the new one is complete. Raises FormatError for a
-    missing folder, a target that is not a plain file, no permission, and a full disk.
+    Parameters
+    ----------
+    path : str or PathLike
+        The file. A link is followed; a file that was there stays untouched until the new one is complete.
+
+    Yields
+    ------
+    Path
+        The temporary name, beside it.
+
+    Raises
+    ------
+    FormatError
+        For a missing folder, a target that is not a plain file, no permission, and a full disk.
     """
     target = _target(path)
     # Short and of its own, so that a target with the longest name allowed can still be written.

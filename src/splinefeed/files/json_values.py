@@ -23,7 +23,25 @@ _MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 
 
 def parse(text: str, source: object) -> Any:
-    """The value in `text`, refusing what Python's reader lets through: NaN, infinities, and a key said twice."""
+    """Read JSON, refusing what Python's reader lets through: NaN, infinities, and a key said twice.
+
+    Parameters
+    ----------
+    text : str
+        Of the file.
+    source : object
+        What the message calls it.
+
+    Returns
+    -------
+    object
+        The value.
+
+    Raises
+    ------
+    FormatError
+        With the place.
+    """
 
     def refuse_constant(token: str) -> None:
         raise FormatError(f"{source}: {token} is not a number that JSON has")
@@ -56,7 +74,29 @@ def _line_of(text: str, found: re.Match[str]) -> str:
 
 
 def fields(item: object, place: str, known: Mapping[str, Check], needed: Sequence[str] = ()) -> dict[str, Any]:
-    """The checked values of an object; FormatError for a key that is not `known`, and without one that is needed."""
+    """Check the values of an object.
+
+    Parameters
+    ----------
+    item : object
+        Of the file.
+    place : str
+        What the message calls it.
+    known : mapping of str to callable
+        Checks by key.
+    needed : sequence of str, optional
+        Keys that must be there.
+
+    Returns
+    -------
+    dict of str to object
+        What the checks give.
+
+    Raises
+    ------
+    FormatError
+        For a key that is not `known`, without one that is needed, and by the checks.
+    """
     if not isinstance(item, dict):
         raise FormatError(f"{place}: is not an object with {', '.join(needed or known)}")
     for key in item:
@@ -71,7 +111,31 @@ def fields(item: object, place: str, known: Mapping[str, Check], needed: Sequenc
 def listed(
     document: dict[str, Any], place: str, shared: Mapping[str, Check], item: Mapping[str, Check], needed: Sequence[str]
 ) -> tuple[dict[str, Any], list[tuple[str, dict[str, Any]]]]:
-    """What a document says of all its curves, and place and values of each: of itself, or of its list `curves`."""
+    """Check a document that is a curve, or has a list `curves`.
+
+    Parameters
+    ----------
+    document : dict
+        Of the file.
+    place : str
+        What the message calls it.
+    shared, item : mapping of str to callable
+        Checks by key: of what is said of all curves, and of each.
+    needed : sequence of str
+        Keys that each curve must have.
+
+    Returns
+    -------
+    said : dict of str to object
+        What the document says of all its curves.
+    curves : list of tuple
+        Place and values of each.
+
+    Raises
+    ------
+    FormatError
+        As of `fields`, and for no curves or more than MAX_CURVES.
+    """
     if "curves" not in document:
         said = fields(document, place, {**item, **shared}, needed)
         return said, [(place, said)]
@@ -113,7 +177,22 @@ def number(value: Any, place: str) -> float:
 
 
 def each(check: Check, what: str, most: int | None = None) -> Check:
-    """The check of a list whose every entry passes `check`, `most` of them; `what` the entries are."""
+    """Make the check of a list.
+
+    Parameters
+    ----------
+    check : callable
+        That every entry has to pass.
+    what : str
+        What the entries are, for the message.
+    most : int, optional
+        How many there may be.
+
+    Returns
+    -------
+    callable
+        The check.
+    """
 
     def check_all(value: Any, place: str) -> list[Any]:
         if not isinstance(value, list) or (most is not None and len(value) > most):
@@ -133,7 +212,25 @@ names = each(text, "names")
 
 
 def points(rows: Any, place: str) -> Array:
-    """Points (n, axes) as they stand in the file."""
+    """Check a list of points.
+
+    Parameters
+    ----------
+    rows : object
+        Of the file.
+    place : str
+        What the message calls it.
+
+    Returns
+    -------
+    array (n, axes)
+        As they stand in the file.
+
+    Raises
+    ------
+    FormatError
+        With the place of what is none.
+    """
     if not isinstance(rows, list) or not 0 < len(rows) <= MAX_POINTS:
         raise FormatError(f"{place}: is not a list of 1 to {MAX_POINTS} points")
     width = len(rows[0]) if isinstance(rows[0], list) else 0

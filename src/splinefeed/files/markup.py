@@ -12,7 +12,13 @@ MAX_DECLARED = 100
 
 
 def parser() -> expat.XMLParserType:
-    """A parser of XML that refuses, by InputError with the line, what multiplies a text: attributes by default."""
+    """Make a parser of XML that refuses what multiplies a text.
+
+    Returns
+    -------
+    XMLParserType
+        By InputError with the line it refuses attributes by default, and more than MAX_DECLARED declarations.
+    """
     made = expat.ParserCreate()
     count = 0
 
@@ -32,7 +38,22 @@ def parser() -> expat.XMLParserType:
 
 
 def parse(parser: expat.XMLParserType, content: bytes, expected: str) -> None:
-    """Give `content` to the handlers of a parser; InputError with the place of what is no XML, or in what encoding."""
+    """Give a document to the handlers of a parser.
+
+    Parameters
+    ----------
+    parser : XMLParserType
+        With its handlers.
+    content : bytes
+        The document.
+    expected : str
+        What it should be, for the message.
+
+    Raises
+    ------
+    InputError
+        With the place of what is no XML, and for an encoding that is not known.
+    """
     try:
         parser.Parse(content, True)
     except expat.ExpatError as error:

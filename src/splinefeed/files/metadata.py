@@ -73,7 +73,20 @@ def _convert_rotary(position: Array, axes: Sequence[str], convert: np.ufunc) -> 
 
 @contextmanager
 def naming(path: object, kind: str | None = None) -> Iterator[None]:
-    """Errors of ours name the file at `path`; if it is read as a `kind` of file, so does all that a library raises."""
+    """Let errors inside the context name a file.
+
+    Parameters
+    ----------
+    path : object
+        The file.
+    kind : str, optional
+        What it is read as; then all that a library raises is an error of the file, too.
+
+    Raises
+    ------
+    FormatError
+        In place of errors inside.
+    """
     try:
         yield
     except FormatError:
@@ -103,7 +116,20 @@ def check_schema(schema: object) -> None:
 
 
 def description(first: Setpoints, rotary: str) -> dict[str, Any]:
-    """All that a file says beside its columns, ready for JSON; `rotary` is the unit of the axes that turn."""
+    """Describe setpoints for a file, beside their columns.
+
+    Parameters
+    ----------
+    first : Setpoints
+        The first ones of the file.
+    rotary : str
+        Unit of the axes that turn, "rad" or "deg".
+
+    Returns
+    -------
+    dict of str to object
+        Ready for JSON.
+    """
     return {
         "record": "Setpoints",
         "schema": SCHEMA,
@@ -117,7 +143,25 @@ def description(first: Setpoints, rotary: str) -> dict[str, Any]:
 
 
 def described(columns: Mapping[str, Any], said: Any) -> Setpoints:
-    """The setpoints of a file from its columns and what `description` gave; InputError for what does not fit."""
+    """Make setpoints of the columns and the description of a file.
+
+    Parameters
+    ----------
+    columns : mapping of str to array
+        By name, (n,) and (n, axes).
+    said : object
+        What `description` gave.
+
+    Returns
+    -------
+    Setpoints
+        mm, rotary axes rad.
+
+    Raises
+    ------
+    InputError
+        For what does not fit.
+    """
     if not isinstance(said, dict) or said.get("record") != "Setpoints":
         raise InputError("does not describe setpoints; was this written by splinefeed?")
     check_schema(said.get("schema"))
@@ -149,7 +193,18 @@ def settings_of(said: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def axes_of(said: Mapping[str, Any]) -> tuple[str, ...]:
-    """The axes that a description names; one in rad that is no rotary axis is a joint, as are all beside it."""
+    """Find the axes that a description names.
+
+    Parameters
+    ----------
+    said : mapping of str to object
+        What `description` gave.
+
+    Returns
+    -------
+    tuple of str
+        One in rad that is no rotary axis is a Joint, as are all beside it.
+    """
     names = tuple(map(str, said["axes"]))
     units = said.get("units")
     own = units.get("position") if isinstance(units, dict) else None
@@ -177,7 +232,19 @@ def by_name(columns: Sequence[Any]) -> dict[str, Any]:
 
 
 def write_rows(stream: TextIO, columns: Sequence[Array | IntArray], between: str, whole: Collection[int] = ()) -> None:
-    """Write columns (n,) as rows of text, 17 digits a number; those whose places are in `whole` are whole numbers."""
+    """Write columns as rows of text, 17 digits a number.
+
+    Parameters
+    ----------
+    stream : text stream
+        That takes them.
+    columns : sequence of array (n,)
+        Of the table.
+    between : str
+        What stands between two numbers.
+    whole : collection of int, optional
+        Places of the columns that are whole numbers.
+    """
     row = between.join("%d" if k in whole else "%.17g" for k in range(len(columns))) + "\n"
     for start in range(0, len(columns[0]), _ROWS_AT_ONCE):
         part = np.column_stack([column[start : start + _ROWS_AT_ONCE] for column in columns])

@@ -34,7 +34,31 @@ _worker = Worker("splinefeed.files.native_process:open_libraries", memory=MAX_AD
 def ask(
     module: str, function: str, path: str | os.PathLike[str], seconds_per_mb: float = SECONDS_PER_MB, **words: Any
 ) -> tuple[Any, dict[str, Any]]:
-    """What a function of a reader says of the file at `path`, and its columns; FormatError that names the file."""
+    """Let a function of a reader read a file, in a process of its own.
+
+    Parameters
+    ----------
+    module, function : str
+        Of the reader, in `splinefeed`.
+    path : str or PathLike
+        The file.
+    seconds_per_mb : float, optional
+        Time that each MB of it has, s, beside MAX_SECONDS.
+    **words : object
+        For the function; for JSON.
+
+    Returns
+    -------
+    said : object
+        What the function says of the file.
+    columns : dict of str to array
+        Its columns.
+
+    Raises
+    ------
+    FormatError
+        That names the file.
+    """
     file = check_file(path)
     seconds = MAX_SECONDS + seconds_per_mb * file.stat().st_size / 1e6
     request = {"module": module, "function": function, "file": os.path.abspath(file), "words": words}

@@ -27,7 +27,23 @@ _LONG_NUMBER = re.compile(r"(?<![\w.+-])[+-]?[0-9][0-9_]{400}")
 
 
 def check_file(path: str | os.PathLike[str]) -> Path:
-    """`path` as a Path if it is a plain file with something in it; FormatError otherwise."""
+    """Check that a name is that of a plain file with something in it.
+
+    Parameters
+    ----------
+    path : str or PathLike
+        The name.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    FormatError
+        That says what it is in place of that.
+    """
     file = Path(path)
     try:
         status = file.stat()
@@ -76,9 +92,26 @@ def head_text(head: bytes) -> str:
 
 
 def read_text(path: str | os.PathLike[str], expected: str = "text", max_bytes: int | None = None) -> str:
-    """The text of `path`, without a byte order mark; FormatError for what is not text file of a sensible size.
+    """Read a text file.
 
-    `expected` is what the file should have been, for the message.
+    Parameters
+    ----------
+    path : str or PathLike
+        The file.
+    expected : str, optional
+        What it should be, for the message.
+    max_bytes : int, optional
+        Its largest size, MAX_FILE_BYTES by default.
+
+    Returns
+    -------
+    str
+        The text, without a byte order mark: UTF-8, or else Latin 1.
+
+    Raises
+    ------
+    FormatError
+        For what is not a text file of a sensible size.
     """
     check_size(check_file(path), max_bytes)
     content = read_bytes(path, -1)
@@ -94,7 +127,25 @@ def read_text(path: str | os.PathLike[str], expected: str = "text", max_bytes: i
 
 
 def read_bytes(path: str | os.PathLike[str], size: int = -1) -> bytes:
-    """The first `size` bytes of a plain file, all of them unless given; FormatError for none, or if it is refused."""
+    """Read bytes of a plain file.
+
+    Parameters
+    ----------
+    path : str or PathLike
+        The file.
+    size : int, optional
+        How many, from its beginning; all by default.
+
+    Returns
+    -------
+    bytes
+        At most so many.
+
+    Raises
+    ------
+    FormatError
+        For an empty file, for none, and where it is refused.
+    """
     try:
         with check_file(path).open("rb") as stream:
             return stream.read(size)
@@ -103,9 +154,26 @@ def read_bytes(path: str | os.PathLike[str], size: int = -1) -> bytes:
 
 
 def toml_of(text: str, source: str, most: int = MAX_TOML) -> dict[str, Any]:
-    """What a TOML text of at most `most` letters says; FormatError with the line that is none, or goes too far.
+    """Read TOML within bounds of size, depth and numbers.
 
-    `source` is what the message calls it.
+    Parameters
+    ----------
+    text : str
+        To be read.
+    source : str
+        What the message calls it.
+    most : int, optional
+        Letters that it may have.
+
+    Returns
+    -------
+    dict of str to object
+        What it says.
+
+    Raises
+    ------
+    FormatError
+        With the line that is none, or goes too far.
     """
     if len(text) > most:
         raise FormatError(f"{source}: has {len(text)} letters; at most {most} are read here")

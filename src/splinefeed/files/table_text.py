@@ -40,7 +40,24 @@ _NAME = re.compile(rf"(?:{_PLACE}[\s_.-]*)?(?P<name>[a-z]+?)(?:[\s_.-]*{_PLACE})
 
 
 def numbers(line: str) -> tuple[list[float], bool] | None:
-    """The numbers of a line, and whether commas stand in place of their decimal points; None for anything else."""
+    """Read the numbers of a line.
+
+    Parameters
+    ----------
+    line : str
+        Of a table.
+
+    Returns
+    -------
+    tuple or None
+        The numbers, and whether commas stand in place of their decimal points; None for anything else.
+
+    Examples
+    --------
+    >>> from splinefeed.files import table_text
+    >>> table_text.numbers("1,5; 2,25")
+    ([1.5, 2.25], True)
+    """
     if _PLAIN.fullmatch(line):
         return [_float(word) for word in line.split(",")], False
     text = line.strip().rstrip(",;").strip()
@@ -98,9 +115,24 @@ def name(word: str) -> tuple[str, str]:
 
 
 def columns(found: Sequence[tuple[str, str]], wanted: Sequence[str] = AXES) -> dict[str, tuple[int, float]]:
-    """Place and factor to mm, rad or s of each of the `wanted` columns, of names and units; InputError names a column.
+    """Find columns by their names.
 
-    Without a unit, columns are in mm, deg and s.
+    Parameters
+    ----------
+    found : sequence of tuple
+        Names and units of the columns; without a unit, they are in mm, deg and s.
+    wanted : sequence of str, optional
+        Names to be found.
+
+    Returns
+    -------
+    dict of str to tuple
+        Place of each that is there, and its factor to mm, rad or s.
+
+    Raises
+    ------
+    InputError
+        That names a column that is there twice or has a wrong unit.
     """
     columns: dict[str, tuple[int, float]] = {}
     for k, (name, unit) in enumerate(found):

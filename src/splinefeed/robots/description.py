@@ -1,7 +1,12 @@
 """What a URDF says of a robot: its links with their inertia, and the joints between them; nothing is computed here.
 
-Lengths are in m and masses in kg, as in the file. Source: wiki.ros.org/urdf/XML, and the URDF schema of urdfdom, whose
-version 1.2 adds acceleration, deceleration and jerk to <limit>.
+Lengths are in m and masses in kg, as in the file [1]_. Version 1.2 of the schema [2]_ adds acceleration, deceleration
+and jerk to <limit>.
+
+References
+----------
+.. [1] wiki.ros.org/urdf/XML
+.. [2] urdfdom, the URDF schema.
 """
 
 from __future__ import annotations

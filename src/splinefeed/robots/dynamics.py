@@ -1,4 +1,4 @@
-"""Torques of a serial arm of rigid bodies, by recursive Newton-Euler over arrays.
+"""Torques of a serial arm of rigid bodies, by recursive Newton-Euler over arrays [1]_.
 
 From the base out to the tip go angular velocity w, its derivative, and the acceleration of each joint's origin (the
 base accelerates upwards at g, which is gravity); from the tip back go force f and moment t. For joint k with
@@ -7,7 +7,9 @@ axis z, in its own frame, its body of mass m, centre c and inertia I about c:
     a_c = a + dw x c + w x (w x c)      F = m a_c      N = I dw + w x I w + c x F
     f = F + sum of the next body's f    t = N + the next body's t + p x f       torque = z . t, force = z . f
 
-Source: R. Featherstone, Rigid Body Dynamics Algorithms (Springer 2008, doi 10.1007/978-1-4899-7560-7), chapter 5.
+References
+----------
+.. [1] R. Featherstone, Rigid Body Dynamics Algorithms, Springer 2008, chapter 5, doi:10.1007/978-1-4899-7560-7.
 """
 
 from __future__ import annotations

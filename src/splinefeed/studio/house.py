@@ -41,9 +41,25 @@ WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "faile
 async def ask(
     worker: Worker, request: Said, heard: Callable[[Said], None] = lambda head: None, deadline: float | None = None
 ) -> Answer:
-    """The answer to a request; `heard` is called with progress. After `deadline`, s, the worker is killed.
+    """Ask a worker, and wait for its answer.
 
-    A head, with an `error`, words by field, or an `entry` for the history, and a body of JSON.
+    Parameters
+    ----------
+    worker : Worker
+        Of a crew, or the player.
+    request : dict
+        For JSON.
+    heard : callable, optional
+        Called with progress.
+    deadline : float, optional
+        Time after which the worker is killed, s.
+
+    Returns
+    -------
+    head : dict
+        With an `error`, words by field, or an `entry` for the history.
+    body : bytes
+        JSON.
     """
     loop = asyncio.get_running_loop()
 
@@ -127,8 +143,17 @@ class House:
     def welcome(self, tab: str, send: Callable[..., None]) -> None:
         """Say to a page what there is, how things stand, and what it has missed.
 
-        send  tells it something of a kind; `body`, bytes of JSON, is put in as it is
-        Raises InputError where too many are open.
+        Parameters
+        ----------
+        tab : str
+            What the page calls itself.
+        send : callable
+            Tells it something of a kind; `body`, bytes of JSON, is put in as it is.
+
+        Raises
+        ------
+        InputError
+            Where too many are open.
         """
         if tab not in self.tabs and len(self.tabs) >= MOST_TABS:
             raise InputError(f"{MOST_TABS} tabs are open already; close one")

@@ -46,8 +46,16 @@ _TAB = re.compile(r"[0-9a-f]{16}")
 class Guard:
     """The token of this server, and the checks of a request.
 
-    token  stands in the address that the user opens; the page gets a cookie in its place, which no other site's
-           requests carry (SameSite=Strict)
+    Parameters
+    ----------
+    port : int
+        Where it listens.
+
+    Attributes
+    ----------
+    token : str
+        Stands in the address that the user opens; the page gets a cookie in its place, which no other site's requests
+        carry (SameSite=Strict).
     """
 
     def __init__(self, port: int) -> None:
@@ -57,7 +65,18 @@ class Guard:
         self._cookie_name = f"splinefeed-{port}"  # cookies do not know ports
 
     def check(self, handler: RequestHandler) -> None:
-        """Raise HTTPError for a request that is not from our page; at the entrance the token stands for the cookie."""
+        """Refuse a request that is not from our page; at the entrance the token stands for the cookie.
+
+        Parameters
+        ----------
+        handler : RequestHandler
+            Of the request.
+
+        Raises
+        ------
+        HTTPError
+            That says why.
+        """
         request = handler.request
         entrance = request.path == "/"
         if request.host not in self.hosts:

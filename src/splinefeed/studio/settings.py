@@ -63,7 +63,14 @@ class SettingsError(SplinefeedError):
 class Wanted(MotionJob):
     """Settings made into a job.
 
-    given  the settings, complete; origin  what a record says of the path's source
+    Parameters
+    ----------
+    path : Path
+        To drive along; this and the others of a MotionJob.
+    given : mapping of str to object
+        The settings, complete.
+    origin : mapping of str to str
+        What a record says of the path's source.
     """
 
     path: sf.Path
@@ -77,7 +84,23 @@ class Wanted(MotionJob):
 
 
 def complete(given: object) -> dict[str, Any]:
-    """`given` with every setting said; SettingsError for a name that is none or a value of another kind."""
+    """Complete settings with the usual ones.
+
+    Parameters
+    ----------
+    given : mapping of str to object
+        What a page says.
+
+    Returns
+    -------
+    dict of str to object
+        Every setting.
+
+    Raises
+    ------
+    SettingsError
+        For a name that is none, or a value of another kind.
+    """
     if not isinstance(given, Mapping):
         raise SettingsError({"": "settings must be an object"})
     for name in given:
@@ -110,7 +133,25 @@ def _without_none(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def from_toml(text: str) -> dict[str, Any]:
-    """The settings in the text of a file; FormatError for what is not TOML, SettingsError for what are no settings."""
+    """Read settings from the text of a file.
+
+    Parameters
+    ----------
+    text : str
+        TOML.
+
+    Returns
+    -------
+    dict of str to object
+        Every setting.
+
+    Raises
+    ------
+    FormatError
+        For what is not TOML.
+    SettingsError
+        For what are no settings.
+    """
     if len(text) > LONGEST:
         raise FormatError(f"settings have {len(text)} characters; at most {LONGEST} are read")
     return complete(toml_of(text, "settings", LONGEST))
@@ -135,9 +176,24 @@ def offer() -> dict[str, Any]:
 
 
 def resolve(given: object, folder: File) -> Wanted:
-    """The path, limits and machine that settings mean; folder: where uploads are.
+    """Find the path, limits and machine that settings mean.
 
-    Raises SettingsError with every problem beside its field.
+    Parameters
+    ----------
+    given : mapping of str to object
+        The settings.
+    folder : Path
+        Where uploads are.
+
+    Returns
+    -------
+    Wanted
+        The job.
+
+    Raises
+    ------
+    SettingsError
+        With every problem beside its field.
     """
     settings = complete(given)
     problems: dict[str, str] = {}
@@ -219,7 +275,7 @@ def _limits(
 ) -> tuple[sf.Path, sf.Limits, tuple[str, ...]]:
     """The path with its feeds as `limited` has it, limits as the fields say them, over those of the machine, and notes.
 
-    Raises SettingsError with problems by field.
+    SettingsError has problems by field.
     """
     said = {str(name): value for name, value in given.items() if value not in ("", None, {})}
     for name in BY_AXIS:

@@ -82,11 +82,35 @@ def path_of(
     tangential: bool,
     unsaid: Mapping[str, Any],
 ) -> tuple[sf.Path, dict[str, str], dict[str, Any]]:
-    """The path that `source` means, smoothed, with theta behind if the settings say so; folder: where uploads are.
+    """Find the path that a source means, smoothed, with theta behind if the settings say so.
 
-    And what a record says of its source, and how it was read, as a command line says it. Several contours of which none
-    is chosen are one motion, linked as `unsaid` says where the source does not (`paths.jobs.job`). Raises InputError
-    for what is not a source, and what the readers raise.
+    Parameters
+    ----------
+    source : mapping of str to object
+        A shape, an upload, or curves that were edited.
+    folder : Path
+        Where uploads are.
+    smooth : float or None
+        The tolerance, mm.
+    tangential : bool
+        Whether theta goes behind.
+    unsaid : mapping of str to object
+        How several contours of which none is chosen are linked to one motion (`paths.jobs.job`), where the source does
+        not say it.
+
+    Returns
+    -------
+    path : Path
+        To be driven.
+    origin : dict of str to str
+        What a record says of the source.
+    reading : dict of str to object
+        How it was read, as a command line says it.
+
+    Raises
+    ------
+    InputError
+        For what is not a source; and what the readers raise.
     """
     text, how = json.dumps(source, sort_keys=True), (("smooth", smooth), ("tangential", tangential))
     paths, origin, reading = _plain_paths(text, folder)
@@ -168,9 +192,19 @@ def _edited(text: object) -> tuple[bytes, sf.Path]:
 
 
 def arm_of(source: Mapping[str, Any], folder: File) -> tuple[Arm, Track, sf.Limits, File, File] | None:
-    """The motion of an arm that an upload is with the URDF of another one: arm, path, limits and both files; else None.
+    """Find the motion of an arm, if an upload is one.
 
-    Raises what `read_motion` raises.
+    Parameters
+    ----------
+    source : mapping of str to object
+        An upload, with `robot`, the upload of a URDF.
+    folder : Path
+        Where uploads are.
+
+    Returns
+    -------
+    tuple or None
+        Arm, path, limits and both files; None of what is no motion of an arm. What `read_motion` raises is raised.
     """
     from splinefeed.robots.motion_file import is_motion, read_motion
 

@@ -45,9 +45,16 @@ class Crew:
 
 
 class Staff:
-    """`front` plans while sliders move, `back` does jobs, `player` plays; as a context it ends their processes.
+    """The workers of a studio; as a context it ends their processes.
 
-    folder  of its own, removed at the end, with `uploads` and files `made`
+    Attributes
+    ----------
+    front, back : Crew
+        Who plans while sliders move, and who does jobs.
+    player : Worker
+        Who plays.
+    folder : Path
+        Of its own, removed at the end, with `uploads` and files `made`.
     """
 
     def __init__(self) -> None:

@@ -150,9 +150,26 @@ def warm(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
 
 
 def timed(settings: Mapping[str, Any], bench: Bench, *, at_once: bool) -> dict[str, Any]:
-    """All that a page shows of a program on a machine, or `at_once` for a long one that it takes a job.
+    """Time a program on a machine, and draw it.
 
-    Raises SettingsError with what is wrong beside its field.
+    Parameters
+    ----------
+    settings : mapping of str to object
+        With source and machine.
+    bench : Bench
+        Of the worker.
+    at_once : bool
+        Whether a long one is left to a job.
+
+    Returns
+    -------
+    dict of str to object
+        All that a page shows, `final` where it is that.
+
+    Raises
+    ------
+    SettingsError
+        With what is wrong beside its field.
     """
     try:
         machine = machine_of(settings["machine"])
@@ -191,9 +208,24 @@ def timed(settings: Mapping[str, Any], bench: Bench, *, at_once: bool) -> dict[s
 
 
 def tune(request: Mapping[str, Any], bench: Bench) -> dict[str, Any]:
-    """The new machine as the text of its file, its page of numbers, and figures of steps and errors.
+    """Tune the machine of the settings.
 
-    The request's `how` has `rule` and `kind` of a rule; `runs` and `feed_forward` of rule path. Raises SettingsError.
+    Parameters
+    ----------
+    request : mapping of str to object
+        `settings`, and `how` with `rule`, `kind` of a rule, `runs` and `feed_forward` of rule path.
+    bench : Bench
+        Of the worker.
+
+    Returns
+    -------
+    dict of str to object
+        The new machine as the text of its file, its page of numbers, and figures of steps and errors.
+
+    Raises
+    ------
+    SettingsError
+        With what is wrong beside its field.
     """
     wanted, run = bench.done(request["settings"])
     machine, before, how = wanted.machine, run.served, dict(request.get("how") or {})

@@ -1,6 +1,10 @@
-"""G and M codes: which groups they belong to, and what is said of those that are not read.
+"""G and M codes: which groups they belong to [1]_, and what is said of those that are not read.
 
-Codes are kept as tenths: G61.1 is 611. Source: LinuxCNC, "G-Code Overview", table of modal groups.
+Codes are kept as tenths: G61.1 is 611.
+
+References
+----------
+.. [1] LinuxCNC documentation, "G-Code Overview", table of modal groups.
 """
 
 from __future__ import annotations

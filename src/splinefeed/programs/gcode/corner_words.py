@@ -1,8 +1,12 @@
 """Corners between two lines that a word rounds or bevels: Fanuc's ,R and ,C, Siemens' RND=, CHR= and CHF=.
 
-Source: Fanuc B-64484EN, "Optional chamfering and corner R": C is the distance from the corner to where the chamfer
-begins and ends, R the radius of an arc that touches both lines. SINUMERIK 840D sl/828D, Fundamentals, 05/2017
-(A5E40869423), "Chamfer, rounding": CHR is that distance, CHF the length of the chamfer itself, RND the radius.
+C is the distance from the corner to where the chamfer begins and ends, R the radius of an arc that touches both
+lines [1]_. CHR is that distance, CHF the length of the chamfer itself, RND the radius [2]_.
+
+References
+----------
+.. [1] Fanuc B-64484EN, "Optional chamfering and corner R".
+.. [2] SINUMERIK 840D sl/828D, Fundamentals, 05/2017 (A5E40869423), "Chamfer, rounding".
 """
 
 from __future__ import annotations

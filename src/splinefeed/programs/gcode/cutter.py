@@ -1,8 +1,12 @@
-"""Cutter compensation: moves beside the programmed contour by the radius of the tool.
+"""Cutter compensation [1]_: moves beside the programmed contour by the radius of the tool.
 
-Source: LinuxCNC documentation, "Cutter Compensation". The first move is a line that ends beside its own end; convex
-corners become arcs around the corner (rapid moves: lines), concave ones are cut off where the moves meet; G40 leaves
-the tool where it is. What the tool cannot reach without a gouge is refused. Places of the plane are complex numbers.
+The first move is a line that ends beside its own end; convex corners become arcs around the corner (rapid moves:
+lines), concave ones are cut off where the moves meet; G40 leaves the tool where it is. What the tool cannot reach
+without a gouge is refused. Places of the plane are complex numbers.
+
+References
+----------
+.. [1] LinuxCNC documentation, "Cutter Compensation".
 """
 
 from __future__ import annotations

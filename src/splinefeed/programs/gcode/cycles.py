@@ -1,14 +1,19 @@
 """Canned cycles: rows of steps, by code: LinuxCNC's and Fanuc's G73 to G89, and Siemens' CYCLE81 to CYCLE84.
 
-Source: LinuxCNC documentation, "G-Codes", G73, G74, "G80-G89 Canned Cycles", G98 and G99; where it leaves a choice,
-what its interpreter does: with G91 R counts from the plane in which the row of cycles began, and Z from R. Fanuc
-(Series 30i-MODEL B, User's Manual B-64484EN, "Canned cycle for drilling") keeps R, Z, P and Q from one cycle to the
-next, at the levels that they had when they were said, so that a row of holes goes on with G91 X10. K3 (Haas, Mill
-Operator's Manual, "Canned cycles": looping with G91 and L), repeats by K, returns to the initial plane, or with G99 to
-R, and taps by pecks where G74 and G84 have Q; for G76, G87 and G88 also Series 15i/150i-MA, Operator's Manual
-(Programming), "Canned cycle". SINUMERIK 840D/840Di/810D,
-Programming Guide "Cycles" (PGZ), 11.02 Edition, 2.1 "Drilling cycles": RTP, RFP and DP are places of the program, SDIS,
-DPR, FDPR and DAM ways without a sign; the speed SST of CYCLE84 is taken as constant.
+Where LinuxCNC's documentation [1]_ leaves a choice, what its interpreter does: with G91 R counts from the plane in
+which the row of cycles began, and Z from R. Fanuc [2]_ keeps R, Z, P and Q from one cycle to the next, at the levels
+that they had when they were said, so that a row of holes goes on with G91 X10 K3 (Haas [3]_: with G91 and L). It
+repeats by K, returns to the initial plane, or with G99 to R, and taps by pecks where G74 and G84 have Q; for G76, G87
+and G88 see [4]_, too. Of Siemens' cycles [5]_ RTP, RFP and DP are places of the program, SDIS, DPR, FDPR and DAM ways
+without a sign; the speed SST of CYCLE84 is taken as constant.
+
+References
+----------
+.. [1] LinuxCNC documentation, "G-Codes", G73, G74, "G80-G89 Canned Cycles", G98 and G99.
+.. [2] Fanuc Series 30i-MODEL B, User's Manual B-64484EN, "Canned cycle for drilling".
+.. [3] Haas, Mill Operator's Manual, "Canned cycles": looping with G91 and L.
+.. [4] Fanuc Series 15i/150i-MA, Operator's Manual (Programming), "Canned cycle".
+.. [5] SINUMERIK 840D/840Di/810D, Programming Guide "Cycles" (PGZ), 11.02 Edition, 2.1 "Drilling cycles".
 """
 
 from __future__ import annotations

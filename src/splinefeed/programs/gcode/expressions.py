@@ -1,6 +1,8 @@
 """One line of a program as words: letters with their values, which are numbers, parameters, [#1 * COS[30] + 2.5].
 
-Source: Kramer, Proctor, Messina, The NIST RS274NGC Interpreter, version 3, NISTIR 6556, 2000, section 3.3.
+References
+----------
+.. [1] Kramer, Proctor, Messina, The NIST RS274NGC Interpreter, version 3, NISTIR 6556, 2000, section 3.3.
 """
 
 from __future__ import annotations

@@ -1,7 +1,10 @@
-"""Lines and arcs near a curve: the arc that it is, biarcs within a tolerance, or chords.
+"""Lines and arcs near a curve: the arc that it is, biarcs [1]_ within a tolerance, or chords.
 
-Source: Bolton, Biarc curves, Computer-Aided Design 7, 1975, doi:10.1016/0010-4485(75)90086-X; the biarc whose tangents
-at both ends have the same length to the joint's.
+Of the biarcs the one whose tangents at both ends have the same length to the joint's.
+
+References
+----------
+.. [1] K. M. Bolton, Biarc curves, Computer-Aided Design 7, 1975, doi:10.1016/0010-4485(75)90086-X.
 """
 
 from __future__ import annotations

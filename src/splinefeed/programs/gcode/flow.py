@@ -1,7 +1,12 @@
-"""O-words and subprograms: which line of a program comes next.
+"""O-words [1]_ and subprograms [2]_: which line of a program comes next.
 
-Source: LinuxCNC documentation, "O Codes" and "M98 and M99"; Fanuc Series 15i/150i-MA, "Subprogram". A sub has
-named parameters of its own, and one that `o call` calls #1 to #30 too. Names that begin with _ are everyone's.
+A sub has named parameters of its own, and one that `o call` calls #1 to #30 too. Names that begin with _ are
+everyone's.
+
+References
+----------
+.. [1] LinuxCNC documentation, "O Codes" and "M98 and M99".
+.. [2] Fanuc Series 15i/150i-MA, Operator's Manual (Programming), "Subprogram".
 """
 
 from __future__ import annotations

@@ -1,11 +1,15 @@
 """Heidenhain's conversational programs, as far as they are lines and arcs.
 
-Source: HEIDENHAIN TNC 640, User's Manual Klartext Programming: "Path contours - Cartesian coordinates" (L, CC, C, CR,
-CT, RND, CHF), "Path contours - polar coordinates" (LP, CP), "Entering tool-related data" (TOOL CALL, F, FMAX, which
-holds in its block alone), "M functions" (M91), cycles 7 (datum shift) and 9 (dwell time). DR+ is counterclockwise, R of
-CR is below 0 for more than half a circle, the side of CHF is its way from the corner. Labels, jumps and Q parameters
-are those of `klartext`. What calls cycles or other programs, reads the control (FN 18) or turns planes is refused by
-its name, as are programs in inches, whose F has a unit of its own.
+Words are those of [1]_: L, CC, C, CR, CT, RND and CHF, polar LP and CP, TOOL CALL, F, FMAX, which holds in its block
+alone, M91, cycles 7 (datum shift) and 9 (dwell time). DR+ is counterclockwise, R of CR is below 0 for more than half a
+circle, the side of CHF is its way from the corner. Labels, jumps and Q parameters are those of `klartext`. What calls
+cycles or other programs, reads the control (FN 18) or turns planes is refused by its name, as are programs in inches,
+whose F has a unit of its own.
+
+References
+----------
+.. [1] HEIDENHAIN TNC 640, User's Manual Klartext Programming: "Path contours - Cartesian coordinates", "Path contours -
+       polar coordinates", "Entering tool-related data", "M functions".
 """
 
 from __future__ import annotations

@@ -1,9 +1,14 @@
-"""What a line does: the interpreter of RS274 as LinuxCNC has it, and of the dialects that are near to it.
+"""What a line does: the interpreter of RS274 [1]_ [2]_ as LinuxCNC has it, and of the dialects that are near to it.
 
-Source: LinuxCNC documentation, "G-Codes", "M-Codes" and "G-Code Overview"; NISTIR 6556. Order within a line: feed mode,
-feed, speed, tool, spindle and coolant, dwell, plane, units, tool length, coordinate system, path control, distance
-mode, offsets and reference points, motion, stop. F beside G20 or G21 is in the units that the program has said before,
-as in LinuxCNC; where it has said none, and in other dialects, it is in those of its own line. A finding says which.
+Order within a line: feed mode, feed, speed, tool, spindle and coolant, dwell, plane, units, tool length, coordinate
+system, path control, distance mode, offsets and reference points, motion, stop. F beside G20 or G21 is in the units
+that the program has said before, as in LinuxCNC; where it has said none, and in other dialects, it is in those of its
+own line. A finding says which.
+
+References
+----------
+.. [1] LinuxCNC documentation, "G-Codes", "M-Codes" and "G-Code Overview".
+.. [2] Kramer, Proctor, Messina, The NIST RS274NGC Interpreter, version 3, NISTIR 6556, 2000.
 """
 
 from __future__ import annotations

@@ -1,10 +1,15 @@
 """Labels, jumps and Q parameters of Heidenhain's conversational programs.
 
-Source: HEIDENHAIN TNC 640, User's Manual Klartext Programming: "Subprograms and program-section repeats" (LBL, LBL 0,
-CALL LBL, REP: the section runs once more than REP says), "Programming Q parameters" (FN 0 to FN 13, formulas, angles in
-degrees); of FN 6 to FN 13 also TNC 320, 3/2014, p. 274, of formulas TNC 407, p. 7-15. SGN is not read: manuals differ
-on what it makes of 0 and less. A parameter that the program has not set is refused: the control keeps its value from
-the program before.
+They are LBL, LBL 0, CALL LBL and REP (the section runs once more than REP says), and FN 0 to FN 13, formulas, and
+angles in degrees [1]_ [2]_ [3]_. SGN is not read: manuals differ on what it makes of 0 and less. A parameter that the
+program has not set is refused: the control keeps its value from the program before.
+
+References
+----------
+.. [1] HEIDENHAIN TNC 640, User's Manual Klartext Programming: "Subprograms and program-section repeats", "Programming Q
+       parameters".
+.. [2] HEIDENHAIN TNC 320, 3/2014, p. 274: FN 6 to FN 13.
+.. [3] HEIDENHAIN TNC 407, p. 7-15: formulas.
 """
 
 from __future__ import annotations

@@ -1,10 +1,16 @@
 """Drilling and tapping cycles of Heidenhain's conversational programs: CYCL DEF, called by M99, M89 and CYCL CALL.
 
-Source: HEIDENHAIN TNC 640, User's Manual Cycle Programming (34059x-01), "Fixed Cycles: Drilling" (200 drilling, 201
-reaming, 203 universal drilling, 240 centring) and "Fixed Cycles: Tapping" (206, 207); TNC 407 (280 580), User's Manual
-ISO Programming, p. 8-4 (1 pecking: a peck as deep as the hole drills it at once; where feed begins again), and the
-chapters of tapping (2) and rigid tapping (17). Q203 and Q200 say where feed begins, Q204 where the tool ends if that is
-higher, depths are below 0. The feed of a cycle is its own; F of the program stays.
+Cycles are 200 (drilling), 201 (reaming), 203 (universal drilling), 240 (centring), 206 and 207 (tapping) [1]_, and 1
+(pecking: a peck as deep as the hole drills it at once), 2 (tapping) and 17 (rigid tapping) [2]_. Q203 and Q200 say
+where feed begins, Q204 where the tool ends if that is higher, depths are below 0. The feed of a cycle is its own; F of
+the program stays.
+
+References
+----------
+.. [1] HEIDENHAIN TNC 640, User's Manual Cycle Programming (34059x-01), "Fixed Cycles: Drilling" and "Fixed Cycles:
+       Tapping".
+.. [2] HEIDENHAIN TNC 407 (280 580), User's Manual ISO Programming, p. 8-4 (pecking, and where feed begins again), and
+       the chapters of tapping and rigid tapping.
 """
 
 from __future__ import annotations

@@ -1,10 +1,14 @@
 """Programs of lathes, which are recognized to be refused: as a mill's they would be another motion.
 
 X is a diameter there, U and W are steps of X and Z, F is a feed per revolution, G50 S bounds the speed, and G70 to G76,
-G90, G92 and G94 are turning and threading cycles. Source: Fanuc Series 30i-MODEL B, User's Manual (Lathe System),
-B-64484EN-1, "Canned cycle" and "Multiple repetitive canned cycle"; "Constant surface speed control". On Siemens' lathes
-X is a diameter unless DIAMOF is said (SINUMERIK 840D sl/828D, Programming Manual Fundamentals, "Channel-specific
-diameter/radius programming").
+G90, G92 and G94 are turning and threading cycles [1]_. On Siemens' lathes X is a diameter unless DIAMOF is said [2]_.
+
+References
+----------
+.. [1] Fanuc Series 30i-MODEL B, User's Manual (Lathe System), B-64484EN-1, "Canned cycle" and "Multiple repetitive
+canned
+       cycle"; "Constant surface speed control".
+.. [2] SINUMERIK 840D sl/828D, Programming Manual Fundamentals, "Channel-specific diameter/radius programming".
 """
 
 from __future__ import annotations

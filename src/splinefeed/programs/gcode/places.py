@@ -1,7 +1,11 @@
 """Codes that shift the zero point, choose a system or go to places of the machine: G10, G28, G52 to G59, G92.
 
-Source: LinuxCNC documentation, "Coordinate System", and "G-Codes", G10, G28, G53, G92; Fanuc B-64484EN, "Workpiece
-coordinate system": G10 L2 P1 to P6 (G54 to G59), P0 (of all systems), L20 P1 (G54.1 P1), added with G91.
+Fanuc's G10 L2 has P1 to P6 (G54 to G59) and P0 (of all systems), L20 has P1 (G54.1 P1); both are added with G91 [2]_.
+
+References
+----------
+.. [1] LinuxCNC documentation, "Coordinate System", and "G-Codes", G10, G28, G53, G92.
+.. [2] Fanuc B-64484EN, "Workpiece coordinate system".
 """
 
 from __future__ import annotations

@@ -1,9 +1,13 @@
 """Programs of 3-D printers, Marlin's and Klipper's: one command a line, whose words are its own.
 
-Source: Marlin's G-code index (marlinfw.org/meta/gcode at 9ceeb6e4, 2026-06-10, one page a code: G0 and G1 move at F, G4
-S before P, G92, M3 to M5, M82, M83, M109, M190 to M193, M220 with B and R, M400), Klipper's "G-Codes" (docs/G-Codes.md
-at 84104bbbd, 2026-08-07) and "Commands templates". M82 and M83 alone say how E counts, and G91 makes it steps
-too; Marlin's G90 also ends M83, which slicers write behind it anyway.
+M82 and M83 alone say how E counts, and G91 makes it steps too; Marlin's G90 also ends M83, which slicers write behind
+it anyway.
+
+References
+----------
+.. [1] Marlin, G-code index, marlinfw.org/meta/gcode at 9ceeb6e4, 2026-06-10, one page a code: G0 and G1 move at F, G4 S
+       before P, G92, M3 to M5, M82, M83, M109, M190 to M193, M220 with B and R, M400.
+.. [2] Klipper, "G-Codes", docs/G-Codes.md at 84104bbbd, 2026-08-07, and "Commands templates".
 """
 
 from __future__ import annotations

@@ -1,10 +1,14 @@
 """Siemens Sinumerik: BSPLINE with SD, PL and PW, and the words that differ from those of LinuxCNC.
 
-Source: SINUMERIK 840D sl/828D, Programming Manual "NC programming", 12/2019, 6FC5398-2EP40-0BA0, 3.7 "Special motion
-commands": SD is the degree, 3 unless given; PW the weight of a control point, 1 unless given; PL the interval between
-knots. The first control point is where the tool is. Which interval a PL belongs to the manual does not spell out: here
+SD is the degree, 3 unless given; PW the weight of a control point, 1 unless given; PL the interval between knots [1]_.
+The first control point is where the tool is. Which interval a PL belongs to the manual does not spell out: here
 PL of control point i is knot[SD + i] - knot[SD + i - 1], so that intervals come first and the last SD - 1 are 0. What
 is read so was not checked on a control, and a finding says so.
+
+References
+----------
+.. [1] SINUMERIK 840D sl/828D, Programming Manual "NC programming", 12/2019, 6FC5398-2EP40-0BA0, 3.7 "Special motion
+       commands".
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
-"""Labels, jumps and loops of Siemens' programs: IF, GOTOF, WHILE, FOR, LOOP, REPEAT.
+"""Labels, jumps and loops of Siemens' programs [1]_: IF, GOTOF, WHILE, FOR, LOOP, REPEAT.
 
-Source: SINUMERIK 840D sl/828D, Programming Manual "NC programming", 12/2019, 6FC5398-2EP40-0BA0, 3.1 "Flexible NC
-programming": program jumps, check structures, repetition of program sections.
+References
+----------
+.. [1] SINUMERIK 840D sl/828D, Programming Manual "NC programming", 12/2019, 6FC5398-2EP40-0BA0, 3.1 "Flexible NC
+       programming": program jumps, check structures, repetition of program sections.
 """
 
 from __future__ import annotations

@@ -1,9 +1,12 @@
 """The words of a line of Siemens' programs, with their values: numbers, R parameters, variables of DEF, formulas.
 
-Source: SINUMERIK 840D sl/828D, Programming Manual "NC programming", 12/2019, 6FC5398-2EP40-0BA0, 3.1 "Flexible NC
-programming": variables, arithmetic functions, "Priority of the operations" (p. 444: comparisons bind least, AND and OR
-tighter), equality within 1e-12 of the values. A parameter that the program has not set is refused: the control keeps
-its value from before.
+Comparisons bind least, AND and OR tighter; values within 1e-12 are equal [1]_. A parameter that the program has not set
+is refused: the control keeps its value from before.
+
+References
+----------
+.. [1] SINUMERIK 840D sl/828D, Programming Manual "NC programming", 12/2019, 6FC5398-2EP40-0BA0, 3.1 "Flexible NC
+       programming": variables, arithmetic functions, "Priority of the operations" (p. 444).
 """
 
 from __future__ import annotations

@@ -1,12 +1,18 @@
 """Splines as LinuxCNC and Fanuc write them: G5, G5.1, G5.2 with G5.3, and G6.2.
 
-Sources: LinuxCNC documentation, "G-Codes", G5 to G5.3: in G5.2 the tool's place is the first control point, L is the
-order (3 unless given), knots are whole numbers, clamped. G6.2: Fanuc Series 15i/150i-MA Operator's Manual, programming,
-"NURBS interpolation": P is the order (4 unless given), K the knots, as many as control points and order together, R the
+In G5.2 [1]_ the tool's place is the first control point, L is the order (3 unless given), knots are whole numbers,
+clamped. In G6.2 [2]_ P is the order (4 unless given), K the knots, as many as control points and order together, R the
 weights; without a place in its first line the curve begins where the tool is, without a knot there it has that of the
-second (B-63324EN/03, 4.17.1). Mitsubishi M700V, 6.15, has the same but for the knot.
-LinuxCNC 2.10 writes the last knots as lines of their own that repeat the word (G6.2 K2), and a method Q, which says how
-its control samples the curve. Its G5.2 takes the words of the plane in force.
+second [3]_. Mitsubishi [4]_ has the same but for the knot. LinuxCNC 2.10 writes the last knots as lines of their own
+that repeat the word (G6.2 K2), and a method Q, which says how its control samples the curve. Its G5.2 takes the words
+of the plane in force.
+
+References
+----------
+.. [1] LinuxCNC documentation, "G-Codes", G5 to G5.3.
+.. [2] Fanuc Series 15i/150i-MA, Operator's Manual (Programming), "NURBS interpolation".
+.. [3] Fanuc B-63324EN/03, 4.17.1.
+.. [4] Mitsubishi M700V, 6.15.
 """
 
 from __future__ import annotations

@@ -1,8 +1,12 @@
 """Motion that is tied to the spindle: G33, rigid tapping G33.1, and LinuxCNC's threading cycle G76.
 
-Source: LinuxCNC documentation, "G-Codes", G33, G33.1 and G76; where it leaves a choice, what its interpreter does. The
-spindle is taken to turn at the constant speed S, so that the feed is the lead times S; the wait for its index, and what
-it takes to reverse, are not known here.
+Where the documentation [1]_ leaves a choice, what LinuxCNC's interpreter does. The spindle is taken to turn at the
+constant speed S, so that the feed is the lead times S; the wait for its index, and what it takes to reverse, are not
+known here.
+
+References
+----------
+.. [1] LinuxCNC documentation, "G-Codes", G33, G33.1 and G76.
 """
 
 from __future__ import annotations

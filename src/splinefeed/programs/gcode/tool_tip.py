@@ -1,9 +1,15 @@
 """Tool centre point control: what begins and ends it, whose length counts, and vectors of the tool axis.
 
 While it is on, X, Y and Z are the tool's tip on the workpiece, whatever the rotary axes do, and F is the tip's feed.
-Source: Fanuc Series 30i-B, "Tool center point control": G43.4 H with rotary words, G43.5 H with I J K as the tool axis,
-G49 ends it; Haas: G234 H; SINUMERIK 840D sl, "Job planning", TRAORI, TRAFOOF, A3= B3= C3=; LinuxCNC, sim
-configurations of switchable kinematics (xyzbc-trt.txt): M428 is the machine's own kinematics, M429 that of joints.
+It is G43.4 H with rotary words, or G43.5 H with I J K as the tool axis, which G49 ends [1]_; G234 H [2]_; TRAORI and
+TRAFOOF, with A3= B3= C3= [3]_; M428 is the machine's own kinematics, M429 that of joints [4]_.
+
+References
+----------
+.. [1] Fanuc Series 30i-B, "Tool center point control".
+.. [2] Haas, G234.
+.. [3] SINUMERIK 840D sl, "Job planning".
+.. [4] LinuxCNC, sim configurations of switchable kinematics (xyzbc-trt.txt).
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
-"""Tool tables as LinuxCNC has them.
+"""Tool tables as LinuxCNC has them [1]_: T number, P pocket, D diameter, offsets by axis, ; comment.
 
-Source: LinuxCNC documentation, "Tool Table Format": T number, P pocket, D diameter, offsets by axis, ; comment.
+References
+----------
+.. [1] LinuxCNC documentation, "Tool Table Format".
 """
 
 from __future__ import annotations
