@@ -8,7 +8,7 @@ import os
 import pytest
 
 from splinefeed.cli.main import COMMANDS
-from splinefeed.formats.setpoints import FORMATS
+from splinefeed.formats.setpoint_table import FORMATS
 
 FEED_EXAMPLES = "expected a feed such as 60mm/s or 3600mm/min"
 

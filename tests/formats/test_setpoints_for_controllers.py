@@ -14,7 +14,8 @@ from numpy.polynomial import Polynomial
 
 import splinefeed as sf
 from splinefeed.errors import FormatError, InputError
-from splinefeed.formats.setpoints import FORMATS, load, save
+from splinefeed.formats.setpoint_table import FORMATS
+from splinefeed.formats.setpoints import load, save
 from splinefeed.records import Setpoints
 
 

@@ -18,6 +18,7 @@ from splinefeed.cli.failures import spoken
 from splinefeed.cli.output import Page, Say
 from splinefeed.cli.source import AFTER_READING, check_rotary, job_of, job_of_robot, read_path
 from splinefeed.errors import InputError
+from splinefeed.formats.setpoint_table import FORMATS
 
 #: Most ticks of a motion on which methods are compared: each is held as a whole.
 MOST_COMPARED = 4_000_000
@@ -38,10 +39,10 @@ POINTS_TOLERANCE = 1e-3
 @options.limits
 @options.machine
 @options.tangential
-@options.table("""
+@options.table(f"""
 source          [SOURCE]
 --method        NAME    The method.  [default: arc-length; the paper's without SOURCE]
---format formats  hdf5|csv|mat|npz|parquet|halstreamer|pvt* =hdf5  Format of the setpoints; may be repeated.
+--format formats  {"|".join(FORMATS)}* =hdf5  Format of the setpoints; may be repeated.
 --robot         FILE    A URDF: SOURCE is a motion of that arm, JSON with waypoints or along, its limits too.
 --tip           -       Tool paths: write tip and tool axis at each setpoint too, tip.csv.
 -o --output     DIR     Folder to write to.  [default: splinefeed-NAME]

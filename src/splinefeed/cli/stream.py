@@ -167,7 +167,7 @@ def _check(given: dict[str, Any]) -> None:
 
 
 def _is_setpoints(source: str) -> bool:
-    from splinefeed.formats.setpoints import FORMATS
+    from splinefeed.formats.setpoint_table import FORMATS
 
     suffix = os.path.splitext(source)[1].lower()
     return os.path.isfile(source) and any(suffix in each.suffixes for each in FORMATS.values())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, overload
@@ -16,6 +16,7 @@ from splinefeed.files.metadata import MAYBE, check_columns, described, naming, t
 from splinefeed.files.sizes import MAX_AXES, MAX_TICKS, MAX_TICKS_AT_ONCE, MAX_TICKS_IN_CHUNKS
 from splinefeed.files.source import check_file
 from splinefeed.formats import hdf5
+from splinefeed.formats.setpoint_table import FORMATS
 from splinefeed.records import Limits, Response, Setpoints, TimeLaw
 
 if TYPE_CHECKING:
@@ -25,39 +26,6 @@ Record: TypeAlias = "Setpoints | TimeLaw | Limits | Response | BitPattern"
 Kind = TypeVar("Kind", bound="Setpoints | TimeLaw | Limits | Response | BitPattern")
 
 
-@dataclass(frozen=True)
-class SetpointFormat:
-    """A kind of file for setpoints.
-
-    Parameters
-    ----------
-    suffixes : tuple of str
-        Of its files.
-    module : str
-        Has `write_NAME(chunks, file)`, and where it can be loaded `read_NAME(file)` for columns and description; HDF5,
-        which holds other records too, is `hdf5`.
-    rotary : str, optional
-        Unit of rotary axes in the file.
-    at_once : bool, optional
-        Whether all setpoints are written at once, in place of chunks.
-    """
-
-    suffixes: tuple[str, ...]
-    module: str
-    rotary: str = "rad"
-    at_once: bool = False
-
-
-#: Every format of setpoints by the name that `--format` takes; the first suffix is the one that files get.
-FORMATS = {
-    "hdf5": SetpointFormat((".h5", ".hdf5"), "hdf5"),
-    "csv": SetpointFormat((".csv",), "setpoints_text", "deg"),
-    "mat": SetpointFormat((".mat",), "setpoints_arrays", "deg", at_once=True),
-    "npz": SetpointFormat((".npz",), "setpoints_arrays", at_once=True),
-    "parquet": SetpointFormat((".parquet",), "setpoints_arrays"),
-    "halstreamer": SetpointFormat((".halstream",), "setpoints_text", "deg"),
-    "pvt": SetpointFormat((".pvt",), "setpoints_text", "deg", at_once=True),
-}
 #: What all parts of a record have in common.
 _ALIKE = ("axes", "period", "method")
 #: Pulse words of a motion card as its driver takes them.

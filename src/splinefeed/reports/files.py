@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from splinefeed.files.atomic import atomic_write, write_page, write_text
-from splinefeed.formats.setpoints import FORMATS, Writer, save
+from splinefeed.formats.setpoint_table import FORMATS
+from splinefeed.formats.setpoints import Writer, save
 from splinefeed.records import Response
 from splinefeed.reports.figure import EXTRA, Figure, possible
 from splinefeed.reports.figure import FORMATS as FIGURE_FORMATS

@@ -188,7 +188,7 @@ def report(run: Run, folder: str | os.PathLike[str], *, formats: Iterable[str] =
     folder : str or PathLike
         Made if it is not there; files of an earlier run in it are replaced, all at once or not at all.
     formats : iterable of str, optional
-        Of the setpoints: names of `splinefeed.formats.setpoints.FORMATS`.
+        Of the setpoints: names of `splinefeed.formats.setpoint_table.FORMATS`.
 
     Returns
     -------
