@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import doctest
 import importlib
 import inspect
@@ -24,6 +25,7 @@ DONE = (
     "files",
     "formats",
     "interpolation",
+    "kernels",
     "kinematics",
     "limit_table",
     "live",
@@ -65,10 +67,11 @@ UNIT = re.compile(r"\b(mm|s|ms|us|rad|deg|dB|V|N|px|Hz|ticks?|share|bytes?)\b")
 #: What only this package makes checks nothing.
 NO_ERRORS = re.compile(
     r"AxisMotion|AxisTuning|Bound|Contour|Fit|Joint|LimitResult|LimitUse|Margins|MethodResult|MethodTrace|MotionBlock"
-    r"|OverrideTicks|PathParts|PathTuning|Ripple|Run|SplinefeedError|Tuning|UltimatePoint|Verdict|butterfly|margins|methods"
+    r"|OverrideTicks|PathParts|PathTuning|Ripple|Run|SplinefeedError|Tuning|UltimatePoint|Verdict|butterfly|margins"
+    r"|methods"
 )
 #: A name of a method, and text.
-NO_UNITS = re.compile(r"Figure|SplinefeedError|methods|register|from_text")
+NO_UNITS = re.compile(r"SplinefeedError|Figure|methods|register|from_text")
 
 
 #: What others derive from: their methods are described here, and a method in place of one says what it does there.
@@ -253,6 +256,38 @@ def test_the_examples_run(name, names, tmp_path, monkeypatch):
     monkeypatch.setattr(registry, "_methods", dict(registry._methods))  # one is added
     for each in doctest.DocTestFinder(recurse=False).find(ALL[name].thing, name, globs=dict(names)):
         assert doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(each).failed == 0
+
+
+def defined() -> Iterator[tuple[str, ast.FunctionDef | ast.ClassDef, str]]:
+    """Functions and classes of the package that have a docstring, private ones too, with where they are."""
+    for file in sorted((ROOT / "src/splinefeed").rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef | ast.ClassDef) and (text := ast.get_docstring(node)):
+                yield f"{file.relative_to(ROOT)}:{node.lineno} {node.name}", node, text
+
+
+def test_sections_of_every_function_name_the_parameters_that_it_has():
+    wrong = []
+    for place, node, text in defined():
+        found = sections(text)
+        if isinstance(node, ast.FunctionDef) and "Parameters" in found:
+            given = node.args
+            all_of = [*given.posonlyargs, *given.args, given.vararg, *given.kwonlyargs, given.kwarg]
+            wanted = {each.arg for each in all_of if each} - {"self", "cls"}
+            heads = [head.partition(" : ")[0] for head, _ in entries(found["Parameters"])]
+            listed = [name.strip().lstrip("*") for head in heads for name in head.split(",")]
+            wrong += [(place, sorted(set(listed) ^ wanted))] if sorted(listed) != sorted(wanted) else []
+    assert wrong == []
+
+
+#: A table of parameters of the older form, `name   text`, and what has a section now.
+OLDER = re.compile(r"^\w+(, \w+)*( +\([^)]*\))?  +\S|\b(Raises|Returns|Sources?:|Example:) ", re.MULTILINE)
+
+
+def test_no_docstring_has_a_form_of_its_own():
+    older = [place for place, _, text in defined() if not set(sections(text)) - {""} and OLDER.search(text)]
+    older = [each for each in older if re.split(r"[/.:]", each)[2] in DONE]
+    assert older == []
 
 
 FORM = """

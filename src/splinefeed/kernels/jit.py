@@ -179,9 +179,16 @@ class Kernel:
 class Leaf(Kernel, Generic[F]):
     """A kernel that `for_work` runs as plain Python where it is not worth its compile: `@partial(Leaf, worth=1000)`.
 
-    worth  units of work, say ticks, that plain Python does in the time of the compile
-    rows   names of two-dimensional arrays of which the function takes whole rows
-    lists  names of small arrays that the function only reads: lists of Python's floats are the fastest to read
+    Parameters
+    ----------
+    function : callable
+        The kernel.
+    worth : int
+        Units of work, such as ticks, that plain Python does in the time of the compile.
+    rows : sequence of str, optional
+        Names of two-dimensional arrays of which the function takes whole rows.
+    lists : sequence of str, optional
+        Names of small arrays that the function only reads: lists of Python's floats are the fastest to read.
     """
 
     def __init__(self, function: F, worth: int, rows: tuple[str, ...] = (), lists: tuple[str, ...] = ()) -> None:

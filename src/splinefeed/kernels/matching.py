@@ -94,13 +94,32 @@ def node(
 def side_by_side(
     p: Array, q: Array, linear: int, limit: float, lows: IntArray, starts: IntArray, places: Array, ways: IntArray
 ) -> int:
-    """Traverse chords p and q (points, axes), in tolerances, forwards only, so that they stay near each other.
+    """Traverse chords of two paths, forwards only, so that they stay near each other.
 
+    Parameters
+    ----------
+    p, q : (points, axes) array
+        Ends of the chords, in tolerances.
+    linear : int
+        How many of the first axes are linear.
+    limit : float
+        The square of the largest distance that counts.
+    lows, starts : (chords of p + 1,) array of int
+        First chord of q in each column, and its first row in places.
+    places : (rows, 2) array
+        The shares of the nodes on both edges.
+    ways : (rows, 2) array of int
+        ACROSS or BESIDE, or 0 where none is within the limit.
+
+    Returns
+    -------
+    int
+        The rows that are used, 0 if the end is not reached, or minus the rows that were there if they are too few.
+
+    Notes
+    -----
     A cell is a chord of p beside a chord of q; on its right and on its upper edge one node is kept: the place where the
-    largest distance on the way there, as far as it is looked for, is least. lows, starts (chords of p + 1,): first
-    chord of q in each column and its first row in places (rows, 2), the shares of the nodes on both edges, and ways
-    (rows, 2), ACROSS or BESIDE or 0 where none is within `limit` (a square). Returns the rows that are used, 0 if the
-    end is not reached, or minus the rows that were there if they are too few.
+    largest distance on the way there, as far as it is looked for, is least.
     """
     columns, chords = p.shape[0] - 1, q.shape[0] - 1
     left_value = np.full(chords + 1, np.inf)  # of the nodes on the line between the last column and this one
@@ -177,11 +196,28 @@ def traced(lows: IntArray, starts: IntArray, places: Array, ways: IntArray, out:
 
 @kernel
 def thin(points: Array, held: BoolArray, linear: int, near: Array, turned: float, kept: BoolArray) -> int:
-    """Mark the points (n, axes) that stay; the others stand within `near` (n,), mm, of the last one that stayed.
+    """Mark the points that stay; the others stand near the last one that stayed.
 
-    And within `turned`, rad, over the axes behind the linear ones.
-    held  (n,) points that stay whatever is near; the others make room for them. A way out and back to the same place
-    keeps the first point that is elsewhere, so that no line loses its length. Returns how many stay.
+    Parameters
+    ----------
+    points : (n, axes) array
+        mm, rotary axes rad.
+    held : (n,) array of bool
+        Points that stay whatever is near; the others make room for them.
+    linear : int
+        How many of the first axes are linear.
+    near : (n,) array
+        Within which distance, mm.
+    turned : float
+        And within which angle over the axes behind the linear ones, rad.
+    kept : (n,) array of bool
+        Out: which stay.
+
+    Returns
+    -------
+    int
+        How many stay. A way out and back to the same place keeps the first point that is elsewhere, so that no line
+        loses its length.
     """
     count = 0
     last = 0

@@ -40,9 +40,21 @@ HALVINGS = 5
 
 @kernel
 def own_jerk(rate: float, jerk: float, jumps: float) -> float:
-    """The law's own jerk at rates up to `rate`: it grows by r^3, what is left of it at jumps of q'' by r^2.
+    """Compute the law's own jerk at rates up to a rate: it grows by r^3, what is left of it at jumps of q'' by r^2.
 
-    jerk  at rate 1, jumps included;  jumps  over r^2 as r goes to 0, at most 3 times that
+    Parameters
+    ----------
+    rate : float
+        r.
+    jerk : float
+        At rate 1, jumps included.
+    jumps : float
+        Over r^2 as r goes to 0, at most 3 times that.
+
+    Returns
+    -------
+    float
+        In the unit of the jerk.
     """
     square = rate * rate
     if rate >= 1.0:
@@ -157,10 +169,29 @@ def cap_rates(ahead: Array, base: float, highest: float, left: Array, limit: Arr
 def _way_out(
     rate: float, slope: float, wanted: float, highest: float, base: float, left: float, needs: Needs, out: Array
 ) -> bool:
-    """Whether the step to `wanted`, and behind it a way to a steady rate of at most `base`, keep every limit.
+    """Find whether a step, and behind it a way to a steady rate, keep every limit.
 
-    highest  rate that neither exceeds; left  s of plan time for which `needs` holds. The way goes to
-    out (STATE,).
+    Parameters
+    ----------
+    rate, slope : float
+        Now.
+    wanted : float
+        Where the step goes.
+    highest : float
+        Rate that neither exceeds.
+    base : float
+        The most that the steady rate may be.
+    left : float
+        s of plan time for which `needs` holds.
+    needs : Needs
+        What the law asks for.
+    out : (STATE,) array
+        Out: the way.
+
+    Returns
+    -------
+    bool
+        Whether they do.
     """
     period = needs[2]
     after = rate + 0.5 * period * (slope + wanted)
@@ -216,9 +247,29 @@ def _way_out(
 def _step(
     rate: float, slope: float, target: float, base: float, top: float, left: float, needs: Needs, out: Array
 ) -> bool:
-    """The step towards `target` on a stretch, slope into out[SLOPE] and the way out behind it; False if there is none.
+    """Find the step towards a rate on a stretch: slope into out[SLOPE] and the way out behind it.
 
-    top  highest rate there is on it.
+    Parameters
+    ----------
+    rate, slope : float
+        Now.
+    target : float
+        The rate.
+    base : float
+        The rate that keeps the limits everywhere.
+    top : float
+        Highest rate there is on the stretch.
+    left : float
+        s of plan time for which `needs` holds.
+    needs : Needs
+        What the law asks for.
+    out : (STATE,) array
+        Out: the step.
+
+    Returns
+    -------
+    bool
+        False if there is none.
     """
     period = needs[2]
     gap = target - rate
@@ -280,13 +331,39 @@ def run_rate(
     taus: Array,
     rates: Array,
 ) -> int:
-    """Run a law towards the wanted rates `targets` (n,), negative ones backwards; plan time and rate at its ticks.
+    """Run a law towards wanted rates, negative ones backwards.
 
-    ahead (levels, cells, 4, columns)  what the law asks for in windows[level] ticks from tick first + i on, forwards,
-    or from tick first - i on, backwards; caps (levels, cells)  highest rates there; limit (3, columns); base  the rate
-    that keeps the limits everywhere; state (STATE,), carried on. taus, rates (n,); rates are negative backwards.
-    Ends before a tick for which `ahead` has nothing, at rest before it turns round, and at the end of the law; returns
-    the ticks that were run.
+    Parameters
+    ----------
+    targets : (n,) array
+        The wanted rates.
+    ahead : (levels, cells, 4, columns) array
+        What the law asks for in windows[level] ticks from tick first + i on, forwards, or from tick first - i on,
+        backwards.
+    caps : (levels, cells) array
+        Highest rates there.
+    limit : (3, columns) array
+        What every column keeps.
+    first : int
+        Tick of the first cell.
+    windows : (levels,) array of int
+        Ticks of a window.
+    period : float
+        Servo period, s.
+    base : float
+        The rate that keeps the limits everywhere.
+    duration : float
+        Of the law, s.
+    state : (STATE,) array
+        Carried on.
+    taus, rates : (n,) array
+        Out: plan time, s, and rate at the ticks; rates are negative backwards.
+
+    Returns
+    -------
+    int
+        The ticks that were run. It ends before a tick for which `ahead` has nothing, at rest before it turns round, and
+        at the end of the law.
     """
     levels = ahead.shape[0]
     way = np.zeros(STATE)

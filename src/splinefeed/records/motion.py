@@ -216,9 +216,14 @@ class _Columns:
         return {name: values for name, values in found.items() if values is not None}
 
     def as_columns(self) -> dict[str, Any]:
-        """Columns (ticks,) by name, one an axis: x where positions are all that it has of axes, else position.x.
+        """Give columns (ticks,) by name, one an axis: x where positions are all that it has of axes, else position.x.
 
-        Example: `pandas.DataFrame(setpoints.as_columns())`
+        Examples
+        --------
+        >>> import splinefeed as sf
+        >>> run = sf.run(sf.Path.polyline([[0, 0], [30, 0]]), sf.Limits(feed=10, acceleration=100, jerk=1000))
+        >>> sorted(run.points.as_columns())[:3]
+        ['curve', 'feed', 's']
         """
         found: dict[str, Any] = {}
         for name, values in self.columns.items():

@@ -33,9 +33,18 @@ METHOD = "arc-length"
 
 @dataclass(eq=False)
 class _PathPart:
-    """A part of the path not left yet: its first curve among all, and what is before it, mm.
+    """Hold a part of the path not left yet.
 
-    start  arc length of the tip; length  that of the path, which counts rotary axes, too
+    Parameters
+    ----------
+    path : Path
+        The part.
+    curve : int
+        Its first curve among all.
+    start : float
+        Arc length of the tip before it, mm.
+    length : float
+        That of the path, which counts rotary axes, too, mm.
     """
 
     path: Path
@@ -115,9 +124,16 @@ def in_line(paths: Iterable[Path]) -> Iterator[Path]:
 
 
 class _Walk:
-    """Plans parts as they come, and makes the setpoints of each block of motion.
+    """Plan parts as they come, and make the setpoints of each block of motion.
 
-    measured  whether `chunk` gives what they lie on, too; parts and blocks stay until then
+    Parameters
+    ----------
+    limits : Limits
+        Of the motion.
+    period : float
+        Servo period, s.
+    measured : bool, optional
+        Whether `chunk` gives what setpoints lie on, too; parts and blocks stay until then.
     """
 
     def __init__(self, limits: Limits, period: float, *, measured: bool = False) -> None:

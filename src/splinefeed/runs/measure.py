@@ -16,8 +16,16 @@ from splinefeed.runs.fold import Chunk, Meter
 class MeasureLabel:
     """How people read of a measure.
 
-    name   what it is called; key  of its number; unit  "mm", or "" of what is relative
-    beside  words and key of a number to compare it with, or None
+    Parameters
+    ----------
+    name : str
+        What it is called.
+    key : str
+        Of its number.
+    unit : str, optional
+        "mm", or "" of what is relative.
+    beside : (str, str), optional
+        Words and key of a number to compare it with.
     """
 
     name: str
@@ -38,9 +46,14 @@ class MeasuredRun:
 class Measure(Meter):
     """A meter (`fold.Meter`) of every run; a new one is a file with a class of this kind, and a line of `measures`.
 
-    label     what it is called where people read it
-    columns  keys of the numbers that sweeps keep
-    bands    of what figures show over time where ticks are left out
+    Attributes
+    ----------
+    label : MeasureLabel
+        What it is called where people read it.
+    columns : tuple of str
+        Keys of the numbers that sweeps keep.
+    bands : dict of str to Band
+        Of what figures show over time where ticks are left out.
     """
 
     label: ClassVar[MeasureLabel]

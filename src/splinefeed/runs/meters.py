@@ -23,12 +23,24 @@ MOTION = ("velocity", "acceleration", "jerk")
 
 
 class UseMeter(Meter):
-    """What the axes do and how much of each limit that uses, at the ticks that figures need: all, or every peak.
+    """Measure what axes do and how much of each limit that uses, at the ticks that figures need: all, or every peak.
 
-    rows     what keeps these ticks
-    kept     the setpoints there; motion, use, tip  what axes and tip do there; use counts over all ticks
-    bands    of each quantity over time where ticks are left out: `tip` (s, feed, acceleration, jerk along the path),
-             `feed`, `top`, and by axis or limit `position`, `velocity`, `acceleration`, `jerk`, `share`
+    Parameters
+    ----------
+    limits : Limits
+        Of the motion.
+    rows : Kept
+        What keeps these ticks.
+
+    Attributes
+    ----------
+    kept : Setpoints
+        The setpoints there.
+    motion, use, tip : AxisMotion, LimitUse, TipMotion
+        What axes and tip do there; use counts over all ticks.
+    bands : dict of str to Band
+        Of each quantity over time where ticks are left out: `tip` (s, feed, acceleration, jerk along the path), `feed`,
+        `top`, and by axis or limit `position`, `velocity`, `acceleration`, `jerk`, `share`.
     """
 
     kept: Setpoints
@@ -134,9 +146,14 @@ class ServoMeter(Meter):
 
 
 class FileMeter(Meter):
-    """Writes the setpoints to a file as they come.
+    """Write the setpoints to a file as they come.
 
-    said   settings that the file says beside those of the setpoints, of which it is given
+    Parameters
+    ----------
+    writer : Writer
+        The file.
+    said : callable
+        Of the settings of the setpoints, those that the file has beside them.
     """
 
     def __init__(self, writer: Writer, said: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda own: {}) -> None:

@@ -307,9 +307,31 @@ def _folded(
     responses: Writer | None,
     top: float | None = None,
 ) -> Run:
-    """One pass over chunks by the meters of a run, and by `meters`.
+    """Pass once over chunks by the meters of a run, and by others.
 
-    path_of  makes the path of the tip from the ticks that are kept, at most `most`; top  highest feed where it is known
+    Parameters
+    ----------
+    chunks : iterable of Chunk
+        The motion.
+    check : Check
+        That judges it.
+    path_of : callable
+        Makes the path of the tip from the ticks that are kept.
+    most : float
+        How many these may be.
+    machine : Machine or None
+        What follows the setpoints.
+    meters : sequence of Meter
+        The others.
+    responses : Writer or None
+        Takes what the machine did.
+    top : float, optional
+        Highest feed, mm/s, where it is known.
+
+    Returns
+    -------
+    Run
+        What was made and measured.
     """
     limits, keep = check.limits, partial(Kept, most)
     use, checked = UseMeter(limits, keep()), CheckMeter(check)
