@@ -89,7 +89,18 @@ def whole(given: object, name: str = "", least: int = -MOST_WHOLE, most: int = M
 
 
 def within(value: float) -> bool:
-    """Whether a number that was computed, or read where its digits were found, is finite and of at most MOST."""
+    """Tell whether a number is finite and of at most MOST.
+
+    Parameters
+    ----------
+    value : float
+        That was computed, or read where its digits were found.
+
+    Returns
+    -------
+    bool
+        False for NaN, too.
+    """
     return -MOST <= value <= MOST
 
 

@@ -42,5 +42,16 @@ def listening(listener: Listener | None) -> Iterator[None]:
 
 
 def percent(done: float, of: float) -> str:
-    """A share as words."""
+    """Write a share in words.
+
+    Parameters
+    ----------
+    done, of : float
+        How much is there, and how much there is.
+
+    Returns
+    -------
+    str
+        Whole per cent, 100 at the most.
+    """
     return f"{100.0 * min(done / of, 1.0):.0f} %" if of > 0.0 else "0 %"

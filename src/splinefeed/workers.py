@@ -373,7 +373,13 @@ def limit_memory(most: int) -> None:
 
 
 def end_with_parent(memory: int) -> None:
-    """Bound the memory of a process of a pool, and end it when its parent is gone: it would wait for work for ever."""
+    """Bound the memory of a process of a pool, and end it when its parent is gone: it would wait for work for ever.
+
+    Parameters
+    ----------
+    memory : int
+        Address space of the process, bytes.
+    """
     global _alone
     _alone = True
     limit_memory(memory)

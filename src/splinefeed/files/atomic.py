@@ -61,18 +61,55 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
-    """Write a text in UTF-8 as `atomic_write` does."""
+    """Write a text in UTF-8, whole or not at all.
+
+    Parameters
+    ----------
+    path : str or PathLike
+        The file.
+    text : str
+        Its content.
+
+    Raises
+    ------
+    FormatError
+        As of `atomic_write`.
+    """
     with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
 def write_page(path: str | os.PathLike[str], page: Mapping[str, Any]) -> None:
-    """Write a page of numbers as JSON, as `atomic_write` does."""
+    """Write a page of numbers as JSON, whole or not at all.
+
+    Parameters
+    ----------
+    path : str or PathLike
+        The file.
+    page : mapping of str to object
+        Its content, without what is not finite.
+
+    Raises
+    ------
+    FormatError
+        As of `atomic_write`.
+    """
     write_text(path, json.dumps(page, indent=2, allow_nan=False) + "\n")
 
 
 def reason_of(error: OSError) -> str:
-    """Why the system refused, in words that say what to do where that is known."""
+    """Say why the system refused, and what to do where that is known.
+
+    Parameters
+    ----------
+    error : OSError
+        Of the system.
+
+    Returns
+    -------
+    str
+        A few words.
+    """
     return _REASONS.get(error.errno or 0) or error.strerror or " ".join(str(error).split()) or type(error).__name__
 
 

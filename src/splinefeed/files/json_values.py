@@ -170,7 +170,25 @@ _numeric = _of("a number", int, float)
 
 
 def number(value: Any, place: str) -> float:
-    """A number that a float can hold."""
+    """Check a number that a float can hold.
+
+    Parameters
+    ----------
+    value : object
+        Of the file.
+    place : str
+        What the message calls it.
+
+    Returns
+    -------
+    float
+        As it stands in the file.
+
+    Raises
+    ------
+    FormatError
+        For anything else.
+    """
     if not abs(_numeric(value, place)) <= sys.float_info.max:
         raise FormatError(f"{place}: is too large for a number")
     return value  # type: ignore[no-any-return]
@@ -203,7 +221,18 @@ def each(check: Check, what: str, most: int | None = None) -> Check:
 
 
 def or_none(check: Check) -> Check:
-    """The check of a value that may be null."""
+    """Make the check of a value that may be null.
+
+    Parameters
+    ----------
+    check : callable
+        That any other value has to pass.
+
+    Returns
+    -------
+    callable
+        The check.
+    """
     return lambda value, place: None if value is None else check(value, place)
 
 
@@ -244,7 +273,25 @@ def points(rows: Any, place: str) -> Array:
 
 
 def unit(value: Any, place: str) -> float:
-    """How many mm one unit of the file is."""
+    """Check a unit of length.
+
+    Parameters
+    ----------
+    value : object
+        Of the file.
+    place : str
+        What the message calls it.
+
+    Returns
+    -------
+    float
+        How many mm it is.
+
+    Raises
+    ------
+    FormatError
+        For another one than mm, cm, m and in.
+    """
     if not isinstance(value, str) or value not in _MILLIMETRES:
         raise FormatError(f"{place}: {shown(value)} is not known; write one of {', '.join(_MILLIMETRES)}")
     return _MILLIMETRES[value]

@@ -48,17 +48,56 @@ _ROWS_AT_ONCE = 2000
 
 
 def axis_units(axes: Iterable[str], rotary: str) -> list[str]:
-    """The unit of each axis, with `rotary` ("rad" or "deg") for those that turn."""
+    """Give the unit of each axis.
+
+    Parameters
+    ----------
+    axes : iterable of str
+        Their names, or Joints.
+    rotary : str
+        Of those that turn, "rad" or "deg".
+
+    Returns
+    -------
+    list of str
+        One an axis.
+    """
     return [rotary if axis in ROTARY_AXES else unit_of_axis(axis) for axis in axes]
 
 
 def to_degrees(position: Array, axes: Sequence[str]) -> Array:
-    """A copy of position (n, axes) with the rotary axes in degrees; the same array where there are none."""
+    """Convert the rotary axes of positions to degrees.
+
+    Parameters
+    ----------
+    position : array (n, axes)
+        mm, rotary axes rad.
+    axes : sequence of str
+        Their names.
+
+    Returns
+    -------
+    array (n, axes)
+        A copy; the same array where there are no rotary axes.
+    """
     return _convert_rotary(position, axes, np.rad2deg)
 
 
 def to_radians(position: Array, axes: Sequence[str]) -> Array:
-    """A copy of position (n, axes), rotary axes given in degrees, with them in rad."""
+    """Convert the rotary axes of positions from degrees to rad.
+
+    Parameters
+    ----------
+    position : array (n, axes)
+        mm, rotary axes degrees.
+    axes : sequence of str
+        Their names.
+
+    Returns
+    -------
+    array (n, axes)
+        A copy; the same array where there are no rotary axes.
+    """
     return _convert_rotary(position, axes, np.deg2rad)
 
 
@@ -100,7 +139,23 @@ def naming(path: object, kind: str | None = None) -> Iterator[None]:
 
 
 def to_json(value: Any) -> str:
-    """`value` as one line of JSON; tuples become lists, NumPy's numbers and arrays become Python's."""
+    """Write a value as one line of JSON.
+
+    Parameters
+    ----------
+    value : object
+        Tuples become lists, NumPy's numbers and arrays become Python's.
+
+    Returns
+    -------
+    str
+        The line.
+
+    Raises
+    ------
+    InputError
+        For what JSON cannot hold.
+    """
     try:
         return json.dumps(plain(value), allow_nan=False)
     except (TypeError, ValueError, RecursionError) as error:
@@ -108,7 +163,18 @@ def to_json(value: Any) -> str:
 
 
 def check_schema(schema: object) -> None:
-    """InputError if `schema`, as a file says it, is not one that this version reads."""
+    """Check that this version reads a schema.
+
+    Parameters
+    ----------
+    schema : object
+        As a file says it.
+
+    Raises
+    ------
+    InputError
+        For what is no schema, or a newer one.
+    """
     if not isinstance(schema, int | np.integer) or schema < 1:
         raise InputError(f"schema: {schema!r} is not a schema of splinefeed")
     if schema > SCHEMA:
@@ -180,7 +246,20 @@ def described(columns: Mapping[str, Any], said: Any) -> Setpoints:
 
 
 def units_of(axes: Sequence[str], settings: Mapping[str, Any]) -> dict[str, str]:
-    """COLUMNS with the unit of lengths along a path of these axes: that of joints, or of the tip that they carry."""
+    """Give the units of the columns of setpoints.
+
+    Parameters
+    ----------
+    axes : sequence of str
+        Of the path.
+    settings : mapping of str to object
+        Of the setpoints: `unit`, of lengths along the path, if it says it.
+
+    Returns
+    -------
+    dict of str to str
+        COLUMNS, lengths in the unit of joints, or of the tip that they carry.
+    """
     along = str(settings.get("unit") or unit_along(axes))
     along = along if any(isinstance(axis, Joint) for axis in axes) else "mm"
     return {**COLUMNS, "s": along, "feed": f"{along}/s"}
@@ -215,7 +294,22 @@ def axes_of(said: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def column_names(axes: Sequence[str], rotary: str, settings: Mapping[str, Any]) -> list[str]:
-    """Names of the columns of a table, each with its unit."""
+    """Name the columns of a table, each with its unit.
+
+    Parameters
+    ----------
+    axes : sequence of str
+        Of the setpoints.
+    rotary : str
+        Of those that turn, "rad" or "deg".
+    settings : mapping of str to object
+        Of the setpoints.
+
+    Returns
+    -------
+    list of str
+        Such as t_s and x_mm.
+    """
     positions = [f"{axis}_{unit}" for axis, unit in zip(axes, axis_units(axes, rotary), strict=True)]
     along = units_of(axes, settings)["s"].strip("()").replace(" ", "_")
     return ["t_s", "curve", "u", f"s_{along}", f"feed_{along}_s", *positions]
@@ -252,7 +346,18 @@ def write_rows(stream: TextIO, columns: Sequence[Array | IntArray], between: str
 
 
 def check_columns(part: Setpoints | Response | TimeLaw) -> None:
-    """InputError naming the first value that is NaN, infinite or too large, and for a period that no control has."""
+    """Check the values and the period of a record.
+
+    Parameters
+    ----------
+    part : Setpoints, Response or TimeLaw
+        The record, or a part of it.
+
+    Raises
+    ------
+    InputError
+        Naming the first value that is NaN, infinite or too large, and for a period that no control has.
+    """
     kind = type(part).__name__
     for name in (*_FINITE, "contour_error"):
         values = vars(part).get(name)
@@ -268,6 +373,17 @@ def check_columns(part: Setpoints | Response | TimeLaw) -> None:
 
 
 def check_period(period: float) -> None:
-    """InputError for a period, s, that no control has."""
+    """Check that a control may have a period.
+
+    Parameters
+    ----------
+    period : float
+        s.
+
+    Raises
+    ------
+    InputError
+        For one that is not within PERIODS.
+    """
     if not PERIODS[0] <= period <= PERIODS[1]:
         raise InputError(f"period: {period:g} s is not from {PERIODS[0]:g} to {PERIODS[1]:g} s")

@@ -9,7 +9,25 @@ from typing import Any
 
 
 def plain(value: Any) -> Any:
-    """`value` as JSON knows it: lists, numbers of Python, null for what is not finite."""
+    """Convert a value to what JSON knows.
+
+    Parameters
+    ----------
+    value : object
+        Mappings, sequences, arrays, numbers and names of files.
+
+    Returns
+    -------
+    object
+        Lists, dicts, numbers of Python, and null for what is not finite.
+
+    Examples
+    --------
+    >>> import math
+    >>> from splinefeed.files.plain import plain
+    >>> plain({"x": (1.0, math.nan)})
+    {'x': [1.0, None]}
+    """
     if isinstance(value, Mapping):
         return {str(key): plain(each) for key, each in value.items()}
     if isinstance(value, str | bool | int) or value is None:

@@ -62,20 +62,62 @@ def check_file(path: str | os.PathLike[str]) -> Path:
 
 
 def in_brief(error: BaseException) -> str:
-    """What a library said of a file, as one line of bounded length: some quote the file."""
+    """Shorten what a library said of a file to one line: some quote the file.
+
+    Parameters
+    ----------
+    error : BaseException
+        Of the library.
+
+    Returns
+    -------
+    str
+        At most MOST_SAID letters.
+    """
     words = " ".join(str(error).split()) or type(error).__name__
     return words if len(words) <= MOST_SAID else f"{words[:MOST_SAID]}..."
 
 
 def check_size(path: str | os.PathLike[str], max_bytes: int | None = None) -> None:
-    """FormatError if the file is larger than `max_bytes`, MAX_FILE_BYTES unless given."""
+    """Check that a file is not too large.
+
+    Parameters
+    ----------
+    path : str or PathLike
+        The file.
+    max_bytes : int, optional
+        MAX_FILE_BYTES by default.
+
+    Raises
+    ------
+    FormatError
+        For a larger one.
+    """
     most = MAX_FILE_BYTES if max_bytes is None else max_bytes
     if Path(path).stat().st_size > most:
         raise FormatError(f"{path}: is larger than {most // 2**20} MB; that is not a curve but a point cloud")
 
 
 def read_head(path: str | os.PathLike[str], size: int) -> bytes:
-    """The first `size` bytes; FormatError for a pointer of Git LFS, UTF-16 text and nothing but blanks."""
+    """Read the first bytes of a text file.
+
+    Parameters
+    ----------
+    path : str or PathLike
+        The file.
+    size : int
+        How many bytes.
+
+    Returns
+    -------
+    bytes
+        At most so many.
+
+    Raises
+    ------
+    FormatError
+        For a pointer of Git LFS, UTF-16 text and nothing but blanks.
+    """
     head = read_bytes(path, size)
     if head.startswith(_LFS_POINTER):
         raise FormatError(f"{path}: is a pointer of Git LFS, not the file itself; run: git lfs pull")

@@ -90,7 +90,20 @@ def _float(word: str) -> float:
 
 
 def names(line: str) -> tuple[list[tuple[str, str]], bool]:
-    """Names of columns and their units, see `name`; and whether marks stand between."""
+    """Read names of columns and their units from a line.
+
+    Parameters
+    ----------
+    line : str
+        Of a table.
+
+    Returns
+    -------
+    found : list of tuple
+        Name and unit of each column, as `name` gives them.
+    marked : bool
+        Whether marks stand between them.
+    """
     if len(line) > MOST_NAMES:
         return [], False
     return [name(word) for word in words(line)], _MARK.search(line) is not None
@@ -102,7 +115,24 @@ def words(line: str) -> list[str]:
 
 
 def name(word: str) -> tuple[str, str]:
-    """Name and unit of a column in small letters, "" if there is none; times are called t."""
+    """Read name and unit of a column.
+
+    Parameters
+    ----------
+    word : str
+        Of the line of names.
+
+    Returns
+    -------
+    tuple of str
+        Both in small letters, "" where there is none; times are called t.
+
+    Examples
+    --------
+    >>> from splinefeed.files import table_text
+    >>> table_text.name("Time [ms]"), table_text.name("pos_x (mm)")
+    (('t', 'ms'), ('x', 'mm'))
+    """
     text = word.strip(" \"'").lower() if len(word) <= MOST_NAME else ""
     if joint := _JOINT.match(text):  # a joint is named by its number, and has a unit as any column has
         unit = _NAME.fullmatch(f"q{text[joint.end() :]}")

@@ -107,7 +107,13 @@ class TaskWatch:
 
 
 def warm_up(mill: Mill) -> None:
-    """Make the first calls of everything, which take seconds, before motion needs them: short lines and a long one."""
+    """Make the first calls of everything, which take seconds, before motion needs them: short lines and a long one.
+
+    Parameters
+    ----------
+    mill : Mill
+        The machine.
+    """
     joints = None if mill.moved is None else mill.moved.with_lengths({})
     places = np.zeros((41, wires.AXES))
     places[:40, mill.columns] = 0.1 * np.sin(np.linspace(0.0, 3.0, 40))[:, None]

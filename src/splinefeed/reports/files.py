@@ -228,7 +228,18 @@ def write(
 
 
 def digests(place: File) -> dict[str, str]:
-    """SHA-256 of the files in a folder that a report is made of: they are of one run, or the page tells."""
+    """Compute the SHA-256 of the files that a report is made of: they are of one run, or the page tells.
+
+    Parameters
+    ----------
+    place : Path
+        The folder.
+
+    Returns
+    -------
+    dict of str to str
+        By name, of those that are there.
+    """
     found = {}
     for name in (*SETPOINTS.values(), LAW):
         if (place / name).is_file():
@@ -238,7 +249,22 @@ def digests(place: File) -> dict[str, str]:
 
 
 def save_figures(drawn: Iterable[tuple[str, Figure]], folder: File, formats: Iterable[str]) -> list[str]:
-    """Write each figure in every format that is possible here, and give the names of the files."""
+    """Write figures in every format that is possible here.
+
+    Parameters
+    ----------
+    drawn : iterable of tuple
+        Name and figure.
+    folder : Path
+        Where they go.
+    formats : iterable of str
+        svg, png and pdf.
+
+    Returns
+    -------
+    list of str
+        Names of the files.
+    """
     wanted = [form for form in dict.fromkeys(formats) if possible(form)]
     names = []
     for name, figure in drawn:
@@ -249,7 +275,20 @@ def save_figures(drawn: Iterable[tuple[str, Figure]], folder: File, formats: Ite
 
 
 def missing(formats: Iterable[str], page: bool = True) -> list[str]:
-    """A sentence for each picture, and for the page, that is wanted and cannot be drawn here: which extra brings it."""
+    """Say what is wanted and cannot be drawn here, and which extra brings it.
+
+    Parameters
+    ----------
+    formats : iterable of str
+        Of pictures.
+    page : bool, optional
+        Whether there is to be a page, too.
+
+    Returns
+    -------
+    list of str
+        One sentence each.
+    """
     from splinefeed.reports import library
 
     wanted = tuple(dict.fromkeys(formats))
@@ -258,7 +297,19 @@ def missing(formats: Iterable[str], page: bool = True) -> list[str]:
 
 
 def write_artefacts(folder: str, with_setpoints: bool, with_report: bool, task: Task, run: Run) -> None:
-    """Write setpoints and report of one run of a sweep into a folder of its own, named by its number."""
+    """Write setpoints and report of one run of a sweep into a folder of its own, named by its number.
+
+    Parameters
+    ----------
+    folder : str
+        Of all of them.
+    with_setpoints, with_report : bool
+        What is written.
+    task : Task
+        Of the sweep.
+    run : Run
+        Its result.
+    """
     place = File(folder) / f"{task.index:07d}"
     place.mkdir(parents=True, exist_ok=True)
     if with_setpoints:
@@ -271,12 +322,38 @@ def write_artefacts(folder: str, with_setpoints: bool, with_report: bool, task: 
 
 
 def tune_names(axes: Iterable[str]) -> tuple[str, ...]:
-    """Names of all files that tuning these axes may leave."""
+    """Name all files that tuning axes may leave.
+
+    Parameters
+    ----------
+    axes : iterable of str
+        That are tuned.
+
+    Returns
+    -------
+    tuple of str
+        The page of numbers, and figures.
+    """
     return (TUNE_RECORD, *_drawn("step", *(_bode_name(axis) for axis in axes)))
 
 
 def tune_figures(axes: Sequence[TunedAxis], machine: str) -> Iterator[tuple[str, Figure]]:
-    """Name and figure of tuned axes: a Bode plot of each, and the steps of all."""
+    """Draw tuned axes.
+
+    Parameters
+    ----------
+    axes : sequence of TunedAxis
+        Before and after.
+    machine : str
+        Its name, for titles.
+
+    Yields
+    ------
+    name : str
+        Of the figure.
+    figure : Figure
+        A Bode plot of each axis, then the steps of all.
+    """
     from splinefeed.reports.servo_figures import bode_figure, step_figure
 
     for tuned in axes:

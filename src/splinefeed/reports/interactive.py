@@ -276,5 +276,18 @@ def _rounded(shades: Shades) -> list[float | None]:
 
 
 def array(values: Array, kind: str = "f8") -> dict[str, str]:
-    """An array as Plotly reads it from base64."""
+    """Encode an array as Plotly reads it.
+
+    Parameters
+    ----------
+    values : array (n,)
+        To be encoded.
+    kind : str, optional
+        Of its numbers, such as f8 or f4.
+
+    Returns
+    -------
+    dict of str to str
+        The kind, and the bytes in base64.
+    """
     return {"dtype": kind, "bdata": base64.b64encode(np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()).decode()}

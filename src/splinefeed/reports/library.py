@@ -32,7 +32,7 @@ def file() -> Path | None:
 
 
 def available() -> bool:
-    """Whether Plotly, which pages are drawn with, is installed."""
+    """Tell whether Plotly, which pages are drawn with, is installed."""
     return file() is not None
 
 
@@ -43,7 +43,18 @@ def _file() -> Path:
 
 
 def script() -> str:
-    """The library as a script that sets `window.Plotly`; InputError where Plotly is not installed."""
+    """Give Plotly as a script that sets `window.Plotly`.
+
+    Returns
+    -------
+    str
+        JavaScript.
+
+    Raises
+    ------
+    InputError
+        Where Plotly is not installed.
+    """
     text = _file().read_text(encoding="utf-8")
     begin, end, licence = text.find(_BEGIN), text.rfind(_END), text.find("*/") + 2
     if not licence <= begin < end:  # a Plotly of another make is taken as it is

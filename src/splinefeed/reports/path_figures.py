@@ -377,7 +377,20 @@ def _parts(use: LimitUse) -> list[tuple[str, float]]:
 
 
 def contour_figure(deviation: Deviation, name: str, machine: str) -> Figure:
-    """Where the machine was beside the true path, its distance from the path enlarged and as colour."""
+    """Draw where a machine was beside the true path, its distance from the path enlarged and as colour.
+
+    Parameters
+    ----------
+    deviation : Deviation
+        Over two linear axes, mm.
+    name, machine : str
+        Of path and machine, for the title.
+
+    Returns
+    -------
+    Figure
+        One panel; mm, the distance in µm.
+    """
     path, error, label = deviation.path, 1e3 * deviation.error, "contour error (µm)"
     true = path(np.linspace(0.0, path.length, PATH_POINTS))[:, :2]
     largest, size = float(np.max(error, initial=0.0)), float(np.max(np.ptp(true, axis=0)))

@@ -204,7 +204,20 @@ def of_program(run: Run) -> dict[str, Any]:
 
 
 def documented(run: Run, said: Mapping[str, Any]) -> Run:
-    """The run, its setpoints saying the source and the command that `about` has."""
+    """Let the setpoints of a run say the source and the command.
+
+    Parameters
+    ----------
+    run : Run
+        With its setpoints.
+    said : mapping of str to object
+        What `about` gives.
+
+    Returns
+    -------
+    Run
+        The same with other settings.
+    """
     settings = {**run.settings, "source": said["source"], "command": said["command"]}
     return dataclasses.replace(run, kept=dataclasses.replace(run.kept, settings=settings))
 
@@ -264,7 +277,18 @@ def _limit_words(limits: Mapping[str, float]) -> list[str]:
 
 
 def source_of(source: str) -> dict[str, str]:
-    """What the user called the source, and of a file its SHA-256, so that a later command can tell a change."""
+    """Describe a source, so that a later command can tell a change.
+
+    Parameters
+    ----------
+    source : str
+        What the user calls it.
+
+    Returns
+    -------
+    dict of str to str
+        That, and of a file its SHA-256.
+    """
     from splinefeed.paths import shapes
 
     if shapes.is_shape(source) or not os.path.isfile(source):

@@ -91,12 +91,34 @@ def shown_in(rotary: bool) -> tuple[float, str]:
 
 
 def has_spectra(run: Run, response: Response) -> bool:
-    """Whether there are spectra: they need every tick, and enough of them."""
+    """Tell whether there are spectra: they need every tick, and enough of them.
+
+    Parameters
+    ----------
+    run, response : Run, Response
+        The run, and what a machine did.
+
+    Returns
+    -------
+    bool
+        True where there are.
+    """
     return run.whole and len(response) >= LEAST_SAMPLES
 
 
 def spectra_figure(responses: Mapping[str, Response]) -> Figure:
-    """Amplitude spectra of the following errors, both scales logarithmic; of several all but the last are dashed."""
+    """Draw amplitude spectra of the following errors, both scales logarithmic.
+
+    Parameters
+    ----------
+    responses : mapping of str to Response
+        By name; of several all but the last are dashed.
+
+    Returns
+    -------
+    Figure
+        One panel, over Hz.
+    """
     lines = []
     for called, response in responses.items():
         dash = called != list(responses)[-1]
@@ -110,7 +132,20 @@ def spectra_figure(responses: Mapping[str, Response]) -> Figure:
 
 
 def bode_figure(tuned: TunedAxis, machine: str) -> Figure:
-    """Gain and phase of the opened loop with gain and phase margin, and gain of the closed loop with its bandwidth."""
+    """Draw gain and phase of the open loop with their margins, and gain of the closed loop with its bandwidth.
+
+    Parameters
+    ----------
+    tuned : TunedAxis
+        Before and after.
+    machine : str
+        Its name, for the title; may be empty.
+
+    Returns
+    -------
+    Figure
+        Three panels; dB and degrees over Hz.
+    """
     new, after = loop_curves(tuned.axis, tuned.period), tuned.margins
     old = loop_curves(tuned.old, tuned.period)
     gain: list[Mark] = []
@@ -201,7 +236,20 @@ def _phase(values: ComplexArray) -> Array:
 
 
 def step_figure(axes: Sequence[TunedAxis], machine: str) -> Figure:
-    """What a small step does to each axis with its old and new gains, in its own unit; a panel an axis."""
+    """Draw what a small step does to each axis with its old and new gains.
+
+    Parameters
+    ----------
+    axes : sequence of TunedAxis
+        Before and after.
+    machine : str
+        Its name, for the title.
+
+    Returns
+    -------
+    Figure
+        A panel an axis, in its own unit, over ms.
+    """
     panels = []
     duration = max((watched(each.old, each.axis, each.period) for each in axes), default=SHORTEST)
     for tuned in axes:
@@ -224,7 +272,20 @@ def step_figure(axes: Sequence[TunedAxis], machine: str) -> Figure:
 
 
 def feed_curve_figure(tuning: FeedTuning, name: str, machine: str) -> Figure:
-    """The contour error of every trial over its top feed; the best one marked."""
+    """Draw the contour error of every trial over its top feed, the best one marked.
+
+    Parameters
+    ----------
+    tuning : FeedTuning
+        The trials.
+    name, machine : str
+        Of path and machine, for the title.
+
+    Returns
+    -------
+    Figure
+        One panel; µm over mm/s.
+    """
     sound = [trial for trial in tuning.trials if trial.stopped is None]
     feed, error = np.array([(trial.feed, 1e3 * trial.error) for trial in sound]).reshape(-1, 2).T
     words, best, order = f"{theme.short(1e3 * tuning.tolerance)} µm", tuning.best, np.argsort(feed)

@@ -84,7 +84,20 @@ def axis_words(axes: Sequence[str]) -> list[str]:
 
 
 def unit(name: str, along: str = "mm") -> str:
-    """The unit of a limit, or of what it limits, for a label; along a path in `along`, "mm" or "deg"."""
+    """Give the unit of a limit, or of what it limits, for a label.
+
+    Parameters
+    ----------
+    name : str
+        Of the limit.
+    along : str, optional
+        Unit of length along the path.
+
+    Returns
+    -------
+    str
+        With signs for powers and degrees.
+    """
     return raised(unit_of(name, along).replace("deg", "°"))
 
 

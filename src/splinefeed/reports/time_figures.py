@@ -20,7 +20,18 @@ _A_MINUTE = 60.0
 
 
 def time_figure(time: CycleTime) -> Figure:
-    """Seconds in each stretch of the program's lines, cutting at the bottom."""
+    """Draw the seconds in each stretch of a program's lines, cutting at the bottom.
+
+    Parameters
+    ----------
+    time : CycleTime
+        Of the program.
+
+    Returns
+    -------
+    Figure
+        One panel.
+    """
     line, seconds, kind, _ = time.rows
     high = int(line.max(initial=0)) + 1
     size = -(-high // BARS)
@@ -41,7 +52,18 @@ def time_figure(time: CycleTime) -> Figure:
 
 
 def program_figure(time: CycleTime) -> Figure:
-    """Where the tool goes, by operation and by feed, mm/min, as the control reaches it; rapid moves have no colour."""
+    """Draw where the tool goes in a program, as the control reaches it.
+
+    Parameters
+    ----------
+    time : CycleTime
+        Of the program.
+
+    Returns
+    -------
+    Figure
+        One panel, by operation and by feed, mm/min; rapid moves have no colour.
+    """
     blocks = time.blocks
     kept = np.arange(len(blocks.trace)) if len(blocks.trace) <= POINTS else cells(blocks.trace)
     place = blocks.trace[kept]

@@ -222,7 +222,24 @@ def _seconds(fresh: Callable[[], Interpolator]) -> float:
 def serve_methods(
     path: Path, law: TimeLaw, machine: Machine, methods: Iterable[str] = PAPER_METHODS, corrections: int = 1
 ) -> Iterator[Servo]:
-    """The same motion by one method after the other, each followed by the same machine."""
+    """Let a machine follow the same motion by one method after the other.
+
+    Parameters
+    ----------
+    path, law : Path, TimeLaw
+        The motion.
+    machine : Machine
+        That follows.
+    methods : iterable of str, optional
+        Their names; those of the paper by default.
+    corrections : int, optional
+        As for `interpolate`.
+
+    Yields
+    ------
+    Servo
+        What the machine did, by each method.
+    """
     for method in methods:
         yield serve(path, law, interpolate(path, law, method=method, corrections=corrections), machine)
 
@@ -271,7 +288,20 @@ def experiment(served: list[Servo]) -> dict[str, Any]:
 
 
 def servo_numbers(served: list[Servo], of_paper: bool = False) -> dict[str, Any]:
-    """The numbers of `run` for a machine: errors of the last of `served`, and of the paper's experiment all of them."""
+    """Give the numbers of `run` for a machine.
+
+    Parameters
+    ----------
+    served : list of Servo
+        Its errors are those of the last one.
+    of_paper : bool, optional
+        Whether it is the paper's experiment, of which the errors of all are given.
+
+    Returns
+    -------
+    dict of str to object
+        As `--json` prints them; mm, rotary axes rad.
+    """
     main = served[-1]
     numbers = {"machine": main.machine.name, **main.tally.numbers(), "servo_notes": list(main.notes)}
     return numbers | ({"experiment": experiment(served)} if of_paper else {})

@@ -47,7 +47,7 @@ class Chunk:
 
 
 class Meter(Protocol):
-    """Measures a motion, or writes it, in one pass: `start` before the first chunk, `feed` each, `finish` at the end.
+    """What measures a motion, or writes it: `start` before the first chunk, `feed` each, `finish` at the end.
 
     What it found it has as attributes. `start` and `finish` do nothing unless a meter says what.
     """

@@ -26,7 +26,19 @@ MOST_SAMPLES = 40_000
 
 @dataclass(frozen=True, eq=False)
 class Deviation:
-    """Samples of a response over two linear axes: foot (n, 2) on the path, offset (n, 2) from it, error (n,), mm."""
+    """Samples of a response over two linear axes of a path.
+
+    Parameters
+    ----------
+    path : Path
+        That was commanded.
+    foot : array (n, 2)
+        On the path, mm.
+    offset : array (n, 2)
+        Of the machine from there, mm.
+    error : array (n,)
+        The contour error, mm.
+    """
 
     path: Path
     foot: Array
@@ -265,7 +277,22 @@ def follow(setpoints: Setpoints, machine: Machine | str, *, path: Path | None = 
 
 
 def serve(path: Path, law: TimeLaw, setpoints: Setpoints, machine: Machine) -> Servo:
-    """Let the axes of `machine` follow all setpoints of a motion along `path`, and keep the response."""
+    """Let a machine follow all setpoints of a motion, and keep the response.
+
+    Parameters
+    ----------
+    path, law : Path, TimeLaw
+        The motion.
+    setpoints : Setpoints
+        Made from them.
+    machine : Machine
+        That follows.
+
+    Returns
+    -------
+    Servo
+        With the response and its errors.
+    """
     servo = Servo(machine, setpoints, path, law=law, keep=Kept())
     servo.follow(setpoints)
     return servo

@@ -59,7 +59,25 @@ def pulse_words(
 
 
 def pulses_of(machine: Machine, axes: Iterable[str]) -> dict[str, float]:
-    """Pulses per mm or rad of the named axes of a machine: the counts of their encoders."""
+    """Find the pulses per mm or rad of a machine's axes: the counts of their encoders.
+
+    Parameters
+    ----------
+    machine : Machine
+        With encoders.
+    axes : iterable of str
+        Their names.
+
+    Returns
+    -------
+    dict of str to float
+        By axis.
+
+    Raises
+    ------
+    InputError
+        For an axis that the machine lacks, and for one without an encoder.
+    """
     found = {}
     for name in axes:
         if name not in machine.axes:
@@ -76,5 +94,16 @@ def pulses_of(machine: Machine, axes: Iterable[str]) -> dict[str, float]:
 
 
 def per_degree(pulses_per_unit: Mapping[str, float]) -> dict[str, float]:
-    """The same with rotary axes per degree, as people read them."""
+    """Convert pulses of rotary axes per rad to those per degree, as people read them.
+
+    Parameters
+    ----------
+    pulses_per_unit : mapping of str to float
+        By axis, per mm or rad.
+
+    Returns
+    -------
+    dict of str to float
+        By axis, per mm or degree.
+    """
     return {axis: value * math.pi / 180.0 if axis in ROTARY_AXES else value for axis, value in pulses_per_unit.items()}

@@ -287,7 +287,21 @@ def parts() -> dict[str, bytes]:
 
 
 async def serve(port: int, history: Path | None, staff: Staff, *, browser: bool, say: Any) -> None:
-    """Serve until the process is terminated; `say` is called with the address."""
+    """Serve until the process is terminated.
+
+    Parameters
+    ----------
+    port : int
+        Of loopback; 0 for a free one.
+    history : Path or None
+        Where plans are kept; None for nowhere.
+    staff : Staff
+        Who works.
+    browser : bool
+        Whether a browser is opened.
+    say : callable
+        Called with the address.
+    """
     sockets = bind_sockets(port, "127.0.0.1")
     guard = Guard(sockets[0].getsockname()[1])
     house = House(history, staff)
