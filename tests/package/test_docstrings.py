@@ -258,6 +258,24 @@ def test_the_examples_run(name, names, tmp_path, monkeypatch):
         assert doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(each).failed == 0
 
 
+def of_others() -> Iterator[doctest.DocTest]:
+    """Examples of what is not public."""
+    public = {f"{each.thing.__module__}.{each.thing.__qualname__}" for each in ALL.values()}
+    for file in sorted((ROOT / "src/splinefeed").rglob("*.py")):
+        if ">>> " in file.read_text(encoding="utf-8"):
+            module = ".".join(file.relative_to(ROOT / "src").with_suffix("").parts)
+            for each in doctest.DocTestFinder().find(importlib.import_module(module.removesuffix(".__init__"))):
+                if each.examples and each.name not in public:
+                    yield each
+
+
+def test_the_examples_of_others_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
+    assert [each.name for each in of_others() if runner.run(each).failed] == []
+    assert runner.summarize(verbose=False).attempted > 0
+
+
 def defined() -> Iterator[tuple[str, ast.FunctionDef | ast.ClassDef, str]]:
     """Functions and classes of the package that have a docstring, private ones too, with where they are."""
     for file in sorted((ROOT / "src/splinefeed").rglob("*.py")):

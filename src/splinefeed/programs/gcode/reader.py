@@ -85,8 +85,18 @@ class Reading:
     ----------
     findings : Findings
         What is said of the program.
+    dialect_by : str
+        What shows the dialect.
+    lines : int
+        How many the program has.
+    ended, inch : bool
+        Whether it says its end, and whether its lengths are in inches.
     stated : int
         Bits of the axes whose place the lines before `from_line` state.
+    file : Path
+        Of the program.
+    fault : LineError or None
+        What ended the reading.
     """
 
     dialect: Dialect | None = None
