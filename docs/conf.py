@@ -39,6 +39,7 @@ autodoc_typehints = "none"  # docstrings say shapes and units, which types do no
 autodoc_preserve_defaults = True
 autodoc_member_order = "bysource"
 autodoc_class_signature = "separated"
+autodoc_default_options = {"exclude-members": "__new__"}  # of records: it takes what __init__ takes
 smartquotes_action = "D"  # dashes alone: the prime of C' and the dots of (...) are letters of formulas
 #: How sections of docstrings are shown: names that share a line stay together, attributes are a list, too.
 SHOWN = Config(
@@ -67,7 +68,8 @@ def as_written(app: Any, what: str, name: str, thing: Any, options: Any, lines: 
             i = end
         elif section == "References":  # docutils has one list of footnotes a page: an entry is a paragraph here
             entry = line.startswith(".. [")
-            shown += [*[""] * entry, _escaped(line.strip().removeprefix(".. "))]
+            text = _escaped(line.strip().removeprefix(".. "))
+            shown += [*[""] * entry, re.sub(r"docs/([\w/-]+)\.md", r":doc:`docs/\1.md </\1>`", text)]
             i += 1
         elif line.strip() and depth > inside:
             end = next((k for k in range(i, len(lines)) if lines[k][: inside + 1].strip()), len(lines))

@@ -26,6 +26,7 @@ def test_the_site_builds_without_a_warning_and_loads_nothing_from_elsewhere(tmp_
     assert "<strong>CurveError</strong></a>" in page
     assert "C(u) = sum_i N_i,p(u) w_i P_i / sum_i N_i,p(u) w_i\n" in page
     assert "Where C' = 0, the limit" in page
+    assert "docs/check.md</span></a>" in (tmp_path / "site/api/check.html").read_text(encoding="utf-8")
     for line in page.split("<"):
         if line.startswith(("script", "link", "img")):
             assert "http" not in line.split(">")[0].replace('rel="canonical"', ""), line
