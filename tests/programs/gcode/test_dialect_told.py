@@ -9,7 +9,35 @@ import pytest
 import splinefeed as sf
 from gcode_programs import detect, path_of, program, refusal
 from splinefeed.errors import FormatError
-from splinefeed.programs.gcode.dialects import not_read, recognized
+from splinefeed.programs.gcode.dialects import DIALECTS, SIGNS, Sign, first_sign, not_read, recognized
+
+#: Of each sign, in its order, a program that it is the first to tell.
+SHOWN = (
+    "0 BEGIN PGM PART MM\nL X+1 FMAX\n",
+    "PRINT_START BED=60\nG1 X1\n",
+    "N10 CR=5\n",
+    "$H\nG1 X1\n",
+    "O<part> sub\nO<part> endsub\n",
+    "(post: Mach3)\nG1 X1\n",
+    "; Mach4 mill\nG1 X1\n",
+    "(HAAS VF-2)\nG1 X1\n",
+    "O1234\nG1 X1\n",
+    "M10 P1\nG1 X1\n",
+    "(for grbl)\nG1 X1\n",
+    ";FLAVOR:Marlin\nG1 X1\n",
+    "G1 X1 E0.5\n",
+    "(FANUC 18M)\nG1 X1\n",
+)
+
+
+@pytest.mark.parametrize(("sign", "text"), [*zip(SIGNS, SHOWN, strict=True)], ids=[sign.dialect for sign in SIGNS])
+def test_every_sign_can_be_found(sign: Sign, text: str) -> None:
+    assert first_sign(text.encode())[0] is sign
+    assert recognized(text.encode())[0] is DIALECTS[sign.dialect]
+
+
+def test_every_dialect_has_a_sign() -> None:
+    assert {sign.dialect for sign in SIGNS} == set(DIALECTS)
 
 
 @pytest.mark.parametrize(

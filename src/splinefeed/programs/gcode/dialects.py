@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from splinefeed.errors import InputError
 from splinefeed.files.source import head_text
@@ -16,7 +17,7 @@ HEAD_BYTES = 2**16
 
 @dataclass(frozen=True)
 class Dialect:
-    """What a control reads differently from LinuxCNC. To add one: a row in DIALECTS, and what shows it in _SIGNS.
+    """What a control reads differently from LinuxCNC. To add one: a row in DIALECTS, and what shows it in SIGNS.
 
     Parameters
     ----------
@@ -224,45 +225,103 @@ DIALECTS = {
     )
 }  # fmt: skip
 
-#: What tells a dialect, the first that is found; G6.2 with a method is what LinuxCNC alone has.
-_SIGNS = {
-    "heidenhain": r"^[ \t]*(?:\d+[ \t]+)?BEGIN[ \t]+PGM\b",
-    "klipper": r"^;FLAVOR:\s*Klipper|^[ \t]*(?:START_PRINT|PRINT_START|SET_VELOCITY_LIMIT|SET_PRESSURE_ADVANCE"
-    r"|EXCLUDE_OBJECT\w*|BED_MESH_\w+|SET_GCODE_OFFSET|SAVE_GCODE_STATE|SET_RETRACTION|SET_KINEMATIC_POSITION)\b",
-    "siemens": r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_"
-    r"|\bCYCLE\d+[ \t]*\(|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*="
-    r"|^[ \t]*(?:N\d+[ \t]*)?(?:EXTERN|PROC)[ \t]+[A-Z_]+\d*|\bSUPA\b|\bLIMS[ \t]*=",
-    "grbl": r"^[ \t]*\$(?:N?\d+[ \t]*=|J=|[$#GIXCH](?![A-Z0-9]))",
-    "linuxcnc": r"^(?>[^\n]*?\bG0?6\.2\b)[^\n]*Q\s*[123]\b|^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b"
-    r"|\bM6[78][ \t]*E\d|\bM6[2-6][ \t]*P\d|#[ \t]*<\w|\bM0?[345][ \t]*\$[ \t]*-?\d",
-    "mach3": r"\bmach\s?[23](?![0-9])(?:/[34])?",
-    "mach4": r"\bmach\s?4(?![0-9])",
-    "haas": r"\bhaas\b|\bG154[ \t]*P\d|\bG187\b|\bG103[ \t]*P\d",
-    # a number of four digits, or of fewer where the program begins
-    "fanuc": r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|\A[%\s]*+O\d{1,3}\b(?![ \t]*[a-z\[#<])"
-    r"|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
-    r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b|\bG43\.[45]\b|\bG234\b|^(?>[^\n]*?\bIF[ \t]*\[)[^\n]*\b(?:GOTO|THEN)"
-    r"|^(?>[^\n]*?\bWHILE[ \t]*\[)[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d",
-    "mach3, by less": r"^[ \t]*M1[01]\s*P[0-3]\b",
-    "grbl, by less": r"\bgrbl\b|\bM0?[34][ \t]*S0\b",
-    "marlin": r"^;FLAVOR:\s*Marlin",
-    "printer": r"^;FLAVOR:|^[ \t]*(?:N\d+[ \t]*)?"
-    r"(?:G[0123]\b[^;(\nM]*\sE-?[\d.]|G92\s*E|G28\s+[WXYZ]\s*(?:[XYZ]\s*)*$"
-    r"|M73\s+[PQR]|M(?:82|83|84|10[4679]|11[57]|140|190|20[1-5]|22[01]|400|486|555|862|900|906)\b)",
-    "fanuc, by less": r"^[^(;\n]*+[(;][^\n]*?\bfanuc\b",
-}
-_DETECTED = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _SIGNS.items()}
 
-#: What only programs of one kind have, outside of comments: of two kinds in one program none is recognized.
-_KINDS = {
-    "siemens": _SIGNS["siemens"],
-    "linuxcnc": r"^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b|\bM6[78][ \t]*E\d",
-    "fanuc": r"^[ \t]*(?:O\d{4,5})\b(?![ \t]*[a-z\[#])|^(?>[^\n]*?\bIF[ \t]*\[)[^\n]*\b(?:GOTO|THEN)"
-    r"|^(?>[^\n]*?\bWHILE[ \t]*\[)[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d",
-    "grbl": r"^[ \t]*\$\d+[ \t]*=",
-    "printer": r"^;FLAVOR:|^[ \t]*G[01]\b[^;(\nM]*\sE-?[\d.]",
-}
-_OF_KIND = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _KINDS.items()}
+def _re(pattern: str) -> re.Pattern[str]:
+    return re.compile(pattern, re.IGNORECASE | re.MULTILINE)
+
+
+class Sign(NamedTuple):
+    """What shows in which dialect a program is.
+
+    Parameters
+    ----------
+    dialect : str
+        Its name.
+    pattern : re.Pattern
+        That a program has.
+    in_comments : bool, optional
+        Whether a comment may show it; else comments are not looked at.
+    alone : re.Pattern, optional
+        What only programs of that kind have, outside of comments: where two kinds show, none is recognized.
+    sure : bool, optional
+        Whether a program that has it is of no other kind, whatever else it has.
+    lines : bool, optional
+        Whether lines that have it count as lines of a program, where a file is set apart from other text.
+    """
+
+    dialect: str
+    pattern: re.Pattern[str]
+    in_comments: bool = False
+    alone: re.Pattern[str] | None = None
+    sure: bool = False
+    lines: bool = False
+
+
+_SIEMENS = _re(
+    r"\b[ABC]SPLINE\b|\b(?:PL|PW|SD|CR)[ \t]*=|\b[XYZ][ \t]*=|^[ \t]*;(?:\$PATH|\s*SINUMERIK)|^%_N_"
+    r"|\bCYCLE\d+[ \t]*\(|\bG(?:500|505|64[12])\b|\bTRA(?:ORI|FOOF)\b|\b[ABC]3[ \t]*="
+    r"|^[ \t]*(?:N\d+[ \t]*)?(?:EXTERN|PROC)[ \t]+[A-Z_]+\d*|\bSUPA\b|\bLIMS[ \t]*="
+)
+#: What tells a dialect, the first that is found; G6.2 with a method is what LinuxCNC alone has.
+SIGNS = (
+    Sign("heidenhain", _re(r"^[ \t]*(?:\d+[ \t]+)?BEGIN[ \t]+PGM\b"), sure=True),
+    Sign(
+        "klipper",
+        _re(
+            r"^;FLAVOR:\s*Klipper|^[ \t]*(?:START_PRINT|PRINT_START|SET_VELOCITY_LIMIT|SET_PRESSURE_ADVANCE"
+            r"|EXCLUDE_OBJECT\w*|BED_MESH_\w+|SET_GCODE_OFFSET|SAVE_GCODE_STATE|SET_RETRACTION"
+            r"|SET_KINEMATIC_POSITION)\b"
+        ),
+        sure=True,
+        lines=True,
+    ),
+    Sign("siemens", _SIEMENS, alone=_SIEMENS, lines=True),
+    Sign(
+        "grbl",
+        _re(r"^[ \t]*\$(?:N?\d+[ \t]*=|J=|[$#GIXCH](?![A-Z0-9]))"),
+        alone=_re(r"^[ \t]*\$\d+[ \t]*="),
+        lines=True,
+    ),
+    Sign(
+        "linuxcnc",
+        _re(
+            r"^(?>[^\n]*?\bG0?6\.2\b)[^\n]*Q\s*[123]\b"
+            r"|^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b"
+            r"|\bM6[78][ \t]*E\d|\bM6[2-6][ \t]*P\d|#[ \t]*<\w|\bM0?[345][ \t]*\$[ \t]*-?\d"
+        ),
+        alone=_re(r"^[ \t]*O(?:<\w+>|\d+)[ \t]*(?:sub|call|if|while|do|repeat)\b|\bM6[78][ \t]*E\d"),
+    ),
+    Sign("mach3", _re(r"\bmach\s?[23](?![0-9])(?:/[34])?"), in_comments=True),
+    Sign("mach4", _re(r"\bmach\s?4(?![0-9])"), in_comments=True),
+    Sign("haas", _re(r"\bhaas\b|\bG154[ \t]*P\d|\bG187\b|\bG103[ \t]*P\d"), in_comments=True),
+    Sign(
+        "fanuc",
+        _re(  # a number of four digits, or of fewer where the program begins
+            r"^[ \t]*(?:O\d{4,5}|:O?\d+)\b(?![ \t]*[a-z\[#])|\A[%\s]*+O\d{1,3}\b(?![ \t]*[a-z\[#<])"
+            r"|^[ \t]*//|\bG0?5\.1\s*Q[013]\b"
+            r"|\bG0?5\s*P(?:10000|0)\s*$|\bG0?6\.2\b|\bG43\.[45]\b|\bG234\b|^(?>[^\n]*?\bIF[ \t]*\[)[^\n]*"
+            r"\b(?:GOTO|THEN)|^(?>[^\n]*?\bWHILE[ \t]*\[)[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d"
+        ),
+        alone=_re(
+            r"^[ \t]*(?:O\d{4,5})\b(?![ \t]*[a-z\[#])|^(?>[^\n]*?\bIF[ \t]*\[)[^\n]*\b(?:GOTO|THEN)"
+            r"|^(?>[^\n]*?\bWHILE[ \t]*\[)[^\n]*\][ \t]*DO[ \t]*[123]\b|\bG65[ \t]*P\d"
+        ),
+    ),
+    Sign("mach3", _re(r"^[ \t]*M1[01]\s*P[0-3]\b")),
+    Sign("grbl", _re(r"\bgrbl\b|\bM0?[34][ \t]*S0\b"), in_comments=True),
+    Sign("marlin", _re(r"^;FLAVOR:\s*Marlin")),
+    Sign(
+        "printer",
+        _re(
+            r"^;FLAVOR:|^[ \t]*(?:N\d+[ \t]*)?"
+            r"(?:G[0123]\b[^;(\nM]*\sE-?[\d.]|G92\s*E|G28\s+[WXYZ]\s*(?:[XYZ]\s*)*$"
+            r"|M73\s+[PQR]|M(?:82|83|84|10[4679]|11[57]|140|190|20[1-5]|22[01]|400|486|555|862|900|906)\b)"
+        ),
+        alone=_re(r"^;FLAVOR:|^[ \t]*G[01]\b[^;(\nM]*\sE-?[\d.]"),
+        lines=True,
+    ),
+    Sign("fanuc", _re(r"^[^(;\n]*+[(;][^\n]*?\bfanuc\b"), in_comments=True),
+)
 #: What shows a control whose programs are not read: they look like others, and mean something else.
 _NOT_READ = {
     "an Okuma OSP": r"^[ \t]*\$[\w.-]+%|^[ \t]*(?:N\w+[ \t]+)?G15[ \t]*H\d|\bVC\d+[ \t]*=|\bCALL[ \t]+O\w",
@@ -273,7 +332,7 @@ _NOT_READ = {
     "a Heidenhain in DIN/ISO": r"^%[^\s*]+[ \t]+G7[01][ \t]*\*|^[ \t]*N\d+[ \t]+G30[ \t]+G1[789]\b",
     "WinCNC": r"^[ \t]*\[[A-Z]+ [^\]\n=#:]*\][ \t\r]*$",
 }
-_UNREAD = {name: re.compile(sign, re.IGNORECASE | re.MULTILINE) for name, sign in _NOT_READ.items()}
+_UNREAD = {name: _re(sign) for name, sign in _NOT_READ.items()}
 #: Where G4's P is in s, where a whole P is in ms, and from which P on the dialect has to be known.
 IN_SECONDS = tuple(each.name for each in DIALECTS.values() if each.language == "rs274" and each.dwell == 1.0)
 IN_MILLISECONDS = tuple(each.name for each in DIALECTS.values() if each.dwell == 1e-3)
@@ -286,8 +345,6 @@ _MACRO = re.compile(r"^[ \t]*(?=\w*_)[A-Z_]\w*[ \t]+\w+=.*", re.IGNORECASE | re.
 _COMMENT = re.compile(
     r"(?P<call>\bCYCLE[0-9]+[ \t]*+\()|\([^()\n]*+\)|;(?!\$PATH|\s*SINUMERIK|FLAVOR).*", re.IGNORECASE
 )
-#: Dialects that a comment may name.
-_IN_COMMENTS = ("mach3", "mach4", "grbl, by less", "haas", "fanuc, by less")
 
 #: Axis words with a decimal point and without, and how many of these are counted.
 _POINTED = re.compile(r"(?<![A-Z#\[])[XYZUVWABCIJKR][-+]?[0-9]*\.", re.IGNORECASE)
@@ -341,23 +398,33 @@ def without_leader(content: bytes) -> bytes:
 
 def recognized(head: bytes) -> tuple[Dialect, str]:
     """The dialect of a program by its first bytes, and what tells it, with its line; "" where nothing does."""
+    sign, place = first_sign(head)
+    return DIALECTS["linuxcnc" if sign is None else sign.dialect], place
+
+
+def first_sign(head: bytes) -> tuple[Sign | None, str]:
+    """The first of SIGNS that a program has, and its place; None and "" where it has none."""
     text, code = _text_and_code(head)
-    for name, sign in _DETECTED.items():
-        looked_at = text if name in _IN_COMMENTS else _MACRO.sub("", code) if name == "siemens" else code
-        if found := sign.search(looked_at):
-            return DIALECTS[name.partition(",")[0]], _place(looked_at, found)
-    return DIALECTS["linuxcnc"], ""
+    for sign in SIGNS:
+        looked_at = text if sign.in_comments else _code_for(sign, code)
+        if found := sign.pattern.search(looked_at):
+            return sign, _place(looked_at, found)
+    return None, ""
+
+
+def _code_for(sign: Sign, code: str) -> str:
+    return _MACRO.sub("", code) if sign.dialect == "siemens" else code
 
 
 def contradiction(head: bytes) -> str:
     """What a program says that shows two kinds of dialects, with their lines; "" where it shows one or none."""
     _, code = _text_and_code(head)
-    if _DETECTED["heidenhain"].search(code) or _DETECTED["klipper"].search(code):
+    if any(sign.sure and sign.pattern.search(code) for sign in SIGNS):
         return ""
     kinds = {
-        name: _place(code, found)
-        for name, sign in _OF_KIND.items()
-        if (found := sign.search(_MACRO.sub("", code) if name == "siemens" else code))
+        sign.dialect: _place(code, found)
+        for sign in SIGNS
+        if sign.alone is not None and (found := sign.alone.search(_code_for(sign, code)))
     }
     said = " and ".join(f"{name} ({place})" for name, place in kinds.items())
     return f"shows {said} at once; name the control (option dialect: {', '.join(kinds)})" if len(kinds) > 1 else ""
@@ -415,8 +482,9 @@ def holds(head: bytes) -> bool:
         lines = lines[:-1] or lines
     counted = [line for line in lines if line and line[0] not in "%;(:" and line[:2] != "//"]
     codes = sum(1 for line in counted if _CODE.match(line))
-    if _DETECTED["heidenhain"].search(text) or (codes and not_read(head)):
+    klartext = any(DIALECTS[sign.dialect].language == "klartext" and sign.pattern.search(text) for sign in SIGNS)
+    if klartext or (codes and not_read(head)):
         return True
-    others = [_DETECTED[name] for name in ("siemens", "grbl", "klipper", "printer")]
+    others = [sign.pattern for sign in SIGNS if sign.lines]
     words = sum(1 for line in counted if _WORDS.match(line) or any(sign.search(line) for sign in others))
     return codes > 0 and words >= 0.7 * len(counted)
