@@ -20,6 +20,7 @@ from splinefeed.interpolation import registry
 #: Rooms whose docstrings are in this form; a room joins when its last public name is.
 DONE = (
     "checks",
+    "cli",
     "curves",
     "errors",
     "files",
@@ -280,7 +281,8 @@ def defined() -> Iterator[tuple[str, ast.FunctionDef | ast.ClassDef, str]]:
     """Functions and classes of the package that have a docstring, private ones too, with where they are."""
     for file in sorted((ROOT / "src/splinefeed").rglob("*.py")):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.FunctionDef | ast.ClassDef) and (text := ast.get_docstring(node)):
+            text = ast.get_docstring(node) if isinstance(node, ast.FunctionDef | ast.ClassDef) else None
+            if text and "\nExamples:\n" not in text:  # a command's is its help
                 yield f"{file.relative_to(ROOT)}:{node.lineno} {node.name}", node, text
 
 

@@ -252,9 +252,22 @@ setpoints_path = table("""
 
 
 def reading_from(given: Mapping[str, Any]) -> dict[str, Any]:
-    """How to read a SOURCE, smooth it and give it a tangential axis, from what these options were `given`.
+    """Collect how to read a SOURCE, smooth it and give it a tangential axis.
 
-    Raises InputError for how to smooth without by how much.
+    Parameters
+    ----------
+    given : mapping
+        Values of these options.
+
+    Returns
+    -------
+    dict of str to object
+        Arguments of `read_path`.
+
+    Raises
+    ------
+    InputError
+        For how to smooth without by how much.
     """
     said = {
         name: given[name] for name in (*_READS, *SMOOTHS) if given.get(name) is not None and given[name] is not False
@@ -335,9 +348,21 @@ def said_limits(given: Mapping[str, Any], otherwise: Mapping[str, float]) -> dic
 
 
 def machine_under(given: Mapping[str, Any], *, otherwise: bool = False) -> tuple[sf.Machine, list[str]]:
-    """The machine of --machine, under the limits of --limits FILE or made of them alone, and notes on it.
+    """Make the machine of --machine, under the limits of --limits FILE or made of them alone.
 
-    otherwise  whether the usual machine is taken where neither is given
+    Parameters
+    ----------
+    given : mapping
+        Values of these options.
+    otherwise : bool, optional
+        Whether the usual machine is taken where neither is given.
+
+    Returns
+    -------
+    machine : Machine
+        The machine.
+    notes : list of str
+        On it.
     """
     from splinefeed.machine import limits_toml
     from splinefeed.machine.under import under

@@ -41,9 +41,28 @@ def read_setpoints_chunks(file: str, given: Mapping[str, Any], rows: int) -> tup
 
 
 def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) -> tuple[sf.Path, str]:
-    """The path that --path says, or that a run wrote into the settings of its setpoints; and its source.
+    """Read the path of setpoints: that of --path, or what a run wrote into their settings.
 
-    Raises InputError where neither says one.
+    Parameters
+    ----------
+    settings : mapping
+        Of the setpoints.
+    given : mapping
+        Values of the options.
+    file : str
+        Of the setpoints.
+
+    Returns
+    -------
+    path : Path
+        The path.
+    source : str
+        Where it is from.
+
+    Raises
+    ------
+    InputError
+        Where neither names one.
     """
     from splinefeed.reports.record import source_of
 
@@ -66,9 +85,24 @@ def path_of(settings: Mapping[str, Any], given: Mapping[str, Any], file: str) ->
 
 
 def of_robot(settings: Mapping[str, Any], file: str) -> tuple[Track, sf.Limits, float] | None:
-    """Path, limits and period, s, of the motion of an arm that a run made setpoints of; None where it is no arm's.
+    """Make again the motion of an arm that a run made setpoints of, from its own files.
 
-    They are read again from its own files. Raises InputError where these have changed since, or are gone.
+    Parameters
+    ----------
+    settings : mapping
+        Of the setpoints.
+    file : str
+        Theirs.
+
+    Returns
+    -------
+    (Track, Limits, float) or None
+        Path, limits and period, s; None where it is no arm's.
+
+    Raises
+    ------
+    InputError
+        Where its files have changed since, or are gone.
     """
     from splinefeed.reports.record import source_of
     from splinefeed.robots.motion_file import read_motion

@@ -30,9 +30,25 @@ def job_of(
     machine: sf.Machine | None = None,
     read: Callable[[str, Mapping[str, Any]], Any] | None = None,
 ) -> MotionJob:
-    """What SOURCE and the options mean, the paper's airfoil without SOURCE; `machine` gives limits of its axes.
+    """Make a job of SOURCE and the options; without SOURCE that of the paper's airfoil.
 
-    read  how to read a source, in place of `read_path`
+    Parameters
+    ----------
+    say : Say
+        Prints.
+    source : str or None
+        What the user typed.
+    given : mapping
+        Values of the options.
+    machine : Machine, optional
+        Gives limits of its axes.
+    read : callable, optional
+        How to read a source, in place of `read_path`.
+
+    Returns
+    -------
+    MotionJob
+        The job.
     """
     from splinefeed.runs.remarks import at_corners, at_zero
     from splinefeed.runs.run import MotionJob

@@ -257,9 +257,26 @@ def _motion(motion: Motion) -> list[Any]:
 
 
 def _resumed(file: str, motion: Motion) -> tuple[tuple[float, float], Array | None]:
-    """Let the motion begin where a stream ended: plan times of the last row confirmed and sent, and where it rested.
+    """Let the motion begin where a stream ended.
 
-    Raises InputError for what is no state, one of another motion, or one at its end.
+    Parameters
+    ----------
+    file : str
+        The state.
+    motion : Motion
+        What is streamed.
+
+    Returns
+    -------
+    times : (float, float)
+        Plan times of the last row confirmed and sent, s.
+    rest : (axes,) array or None
+        Where it rested.
+
+    Raises
+    ------
+    InputError
+        For what is no state, one of another motion, or one at its end.
     """
     import numpy as np
 
