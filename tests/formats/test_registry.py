@@ -7,14 +7,17 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
 import pytest
 
 import splinefeed
+import splinefeed as sf
 from splinefeed.errors import FormatError, InputError
 from splinefeed.files import source
+from splinefeed.formats import json_curve, registry
 from splinefeed.formats.registry import FORMATS, read, read_all, write
 from splinefeed.paths.jobs import Job
 
@@ -143,6 +146,29 @@ def test_formats_that_a_file_does_not_need_are_not_imported(data_dir: Path) -> N
     titles = {each.module for each in FORMATS}
     assert {name.removeprefix("splinefeed.") for name in names[:-1]} & titles == {"formats.json_curve"}
     assert names[-1] == "False"
+
+
+def test_a_fault_of_a_reader_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(text: str, source: object) -> list[Path]:
+        raise ValueError("not enough values to unpack")
+
+    broken.__name__ = "from_text"
+    monkeypatch.setattr(json_curve, "from_text", broken)
+    file = tmp_path / "part.json"
+    file.write_text("{}")
+    with pytest.raises(ValueError, match="not enough values") as caught:
+        read(file)
+    assert caught.value.__notes__ == [f"at {file}"]
+
+
+def test_more_curves_than_a_format_may_hold_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "part.json"
+    write(sf.Path.polyline([[0, 0], [1, 0], [1, 1], [0, 1]]), file)
+    fewer = [replace(each, max_curves=2) for each in FORMATS]
+    monkeypatch.setattr(registry, "FORMATS", fewer)
+    with pytest.raises(FormatError) as caught:
+        read(file)
+    assert str(caught.value) == f"{file}: holds 3 curves; at most 2 are taken: split the file"
 
 
 def test_every_format_has_a_suffix_of_its_own() -> None:

@@ -95,7 +95,7 @@ def _exit_code(call: Callable[[], Any]) -> int:
     except Exception as error:
         if signalled:
             return _interrupted() if signalled[0] == signal.SIGINT else 128 + signalled[0]
-        place = f"{type(error).__name__}: {error}"
+        place = ", ".join([f"{type(error).__name__}: {error}", *getattr(error, "__notes__", ())])
         return _say(f"internal fault: {place}; {DEBUG}=1 shows where, please report it", INTERNAL, error)
     return code if isinstance(code, int) else DONE
 

@@ -119,7 +119,8 @@ def naming(path: object, kind: str | None = None) -> Iterator[None]:
     path : object
         The file.
     kind : str, optional
-        What it is read as; then all that a library raises is an error of the file, too.
+        What it is read as; then all that a library raises is an error of the file, too. Else a note of it names the
+        file.
 
     Raises
     ------
@@ -134,6 +135,7 @@ def naming(path: object, kind: str | None = None) -> Iterator[None]:
         raise FormatError(f"{path}: {error}") from None
     except Exception as error:
         if kind is None:
+            error.add_note(f"at {path}")
             raise
         raise FormatError(f"{path}: is not a valid {kind}: {in_brief(error)}") from None
 

@@ -18,7 +18,7 @@ from typing import Any
 from splinefeed.errors import FormatError, InputError, expect
 from splinefeed.files import source as source_files
 from splinefeed.files.metadata import naming
-from splinefeed.files.sizes import MAX_CAD_BYTES, MAX_DRAWING_BYTES
+from splinefeed.files.sizes import MAX_CAD_BYTES, MAX_DRAWING_BYTES, MAX_MOVES
 from splinefeed.paths.contents import Contents
 from splinefeed.paths.jobs import Job, job
 from splinefeed.paths.path import Path
@@ -42,12 +42,15 @@ class Format:
         Of its files.
     max_bytes : int, optional
         Its largest size.
+    max_curves : int or None, optional
+        Most curves in a file, whatever its reader takes; None where that counts moves as it reads.
     """
 
     title: str
     module: str
     suffixes: tuple[str, ...]
     max_bytes: int | None = None  # None: source.MAX_FILE_BYTES
+    max_curves: int | None = MAX_MOVES
 
     def load(self) -> Any:
         """Return the module, imported at its first use."""
@@ -88,7 +91,7 @@ FORMATS = (
     Format("SVG drawing", "formats.svg", (".svg", ".svgz"), MAX_DRAWING_BYTES),
     Format("airfoil", "formats.airfoil", (".dat", ".txt")),
     Format("table of points", "formats.points", (".csv", ".txt", ".xyz", ".pts", ".asc")),
-    Format("G-code", "programs.gcode", SUFFIXES, 2 * 2**30),
+    Format("G-code", "programs.gcode", SUFFIXES, 2 * 2**30, max_curves=None),
 )
 
 
@@ -243,6 +246,9 @@ def read_all(source: str | os.PathLike[str], *, repair: bool = False, **options:
                 paths = reader(text, source, **options)
             else:
                 paths = reader(pathlib.Path(source), **options)
+            count = sum(len(each.curves) for each in paths)
+            if found.max_curves is not None and count > found.max_curves:
+                raise InputError(f"holds {count} curves; at most {found.max_curves} are taken: split the file")
             for each in paths:
                 if each.linear < len(each.axes):  # curves do have a length, but perhaps none over the linear axes
                     _ = each.length
