@@ -23,7 +23,20 @@ SAME_PLACE, POINT = 1e-6, 2e-6
 
 
 def curve_of(move: Any, mill: Mill) -> NurbsCurve:
-    """A move (a row of wire.SEGMENT) as a curve over the machine's axes, mm and rad."""
+    """Make a curve of a move.
+
+    Parameters
+    ----------
+    move : SEGMENT
+        As the task hands it over.
+    mill : Mill
+        The machine.
+
+    Returns
+    -------
+    NurbsCurve
+        Over the machine's axes, mm and rad.
+    """
     start, end = move["from"] * mill.units, move["to"] * mill.units
     if move["kind"] == LINE:
         return NurbsCurve.bezier([start[mill.columns], end[mill.columns]])
@@ -56,7 +69,20 @@ def curve_of(move: Any, mill: Mill) -> NurbsCurve:
 
 
 def size_of(move: Any, mill: Mill) -> float:
-    """How far a move goes, mm and rad: 0 for one that is none."""
+    """Measure how far a move goes.
+
+    Parameters
+    ----------
+    move : SEGMENT
+        As the task hands it over.
+    mill : Mill
+        The machine.
+
+    Returns
+    -------
+    float
+        The longest way of an axis, mm or rad: 0 for a move that is none, inf for an arc.
+    """
     if move["kind"] != LINE:
         return math.inf
     return float(np.max(np.abs((move["to"] - move["from"]) * mill.units)))

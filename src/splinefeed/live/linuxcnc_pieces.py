@@ -232,7 +232,22 @@ def _apart(end: float, cuts: Array, breaks: Array) -> Array:
 
 
 def quintics(track: PlannedTrack, begin: float, law: TimeLaw) -> Quintics:
-    """Pieces of every axis for a motion by a law whose s is counted from `begin` on the track, mm."""
+    """Make pieces of every axis for a motion.
+
+    Parameters
+    ----------
+    track : PlannedTrack
+        The paths.
+    begin : float
+        Place on the track from which the law's s is counted, mm.
+    law : TimeLaw
+        Of the motion.
+
+    Returns
+    -------
+    Quintics
+        That meet position, velocity and acceleration at both ends of each piece.
+    """
     cuts = times_at(law, track.cuts(begin, begin + law.length) - begin)
     edges = _apart(law.duration, cuts, law.breaks[1:-1])
     low, span = edges[:-1], np.diff(edges)

@@ -91,7 +91,7 @@ class CycleTime:
     Raises
     ------
     InputError
-        By `saves`, `corner_stops` and `interval`, which plan again, where the machine file has too little.
+        By `cycle_time`, where the machine file has too little.
 
     References
     ----------
@@ -411,7 +411,22 @@ def cycle_time(
 
 
 def timed(blocks: Blocks, machine: Machine, name: str = "") -> CycleTime:
-    """The times of blocks that are read; `machine` has a control."""
+    """Time blocks that are read.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        Of the program.
+    machine : Machine
+        With a control.
+    name : str, optional
+        Of the program.
+
+    Returns
+    -------
+    CycleTime
+        Seconds in all, of each block, tool and line.
+    """
     assert machine.control is not None
     times = block_times(blocks, machine)
     between = _Between(blocks, np.concatenate([[0.0], np.cumsum(times.seconds)]), machine.control)

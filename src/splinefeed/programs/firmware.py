@@ -1,13 +1,18 @@
 """Corners and arcs as open firmware passes them: grbl, Klipper and Marlin, from their published rules.
 
-Junction deviation d: a corner is passed at the speed of the circle that touches both lines and comes within d of it,
-v^2 = a d s / (1 - s), s the sine of half the angle between the lines (S. K. Jeon, "Improving Grbl: cornering
-algorithm", 2011; grbl's and Marlin's documentation). Klipper's documentation ("Kinematics", "Config reference") gives d
-by the corner velocity c of a right angle, d = c^2 (sqrt 2 - 1) / a, bounds v^2 by the circle that touches both lines
-within half of their lengths, a L / 2 tan(angle / 2), and lowers the top of moves that speed up and slow down at once:
-the look-ahead is made with (1 - minimum_cruise_ratio) a first, and its tops bound the moves between. Marlin's older
-rule, jerk, bounds the step of the velocity of each axis, at corners and from rest; stops are planned to rest, or nearly
-so (Marlin's documentation, M205 and "Configuration": jerk, minimum planner speed).
+Junction deviation d [1]_ [2]_: a corner is passed at the speed of the circle that touches both lines and comes within d
+of it, v^2 = a d s / (1 - s), s the sine of half the angle between the lines. Klipper [3]_ gives d by the corner
+velocity c of a right angle, d = c^2 (sqrt 2 - 1) / a, bounds v^2 by the circle that touches both lines within half of
+their lengths, a L / 2 tan(angle / 2), and lowers the top of moves that speed up and slow down at once: the look-ahead
+is made with (1 - minimum_cruise_ratio) a first, and its tops bound the moves between. Marlin's older rule, jerk [4]_,
+bounds the step of the velocity of each axis, at corners and from rest; stops are planned to rest, or nearly so.
+
+References
+----------
+.. [1] S. K. Jeon, "Improving Grbl: cornering algorithm", 2011.
+.. [2] The documentation of grbl and of Marlin.
+.. [3] Klipper's documentation, "Kinematics" and "Config reference".
+.. [4] Marlin's documentation, M205 and "Configuration": jerk, minimum planner speed.
 """
 
 from __future__ import annotations
@@ -36,7 +41,26 @@ def deviation(control: Control) -> float | None:
 
 
 def corner_speeds(blocks: Blocks, machine: Machine, control: Control, acceleration: Array) -> Array:
-    """The speed (n - 1,), mm/s, at which each corner may be passed, acceleration (n,) along each block."""
+    """Compute the speed at which each corner may be passed.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        n of them.
+    machine, control : Machine, Control
+        Whose rule, and whose limits of axes.
+    acceleration : array (n,)
+        Along each block, mm/s^2.
+
+    Returns
+    -------
+    array (n - 1,)
+        mm/s; inf where the direction stays, 0 where nothing says how corners are passed.
+
+    Notes
+    -----
+    v^2 = a d s / (1 - s), or by the steps of the velocities of axes; see the head of the module.
+    """
     step = blocks.first[1:] - blocks.last[:-1]
     turn = np.minimum(np.linalg.norm(step, axis=1), 2.0)
     half = np.sqrt(np.maximum(1.0 - 0.25 * turn * turn, 0.0))  # the sine of half the angle between the lines
@@ -58,7 +82,20 @@ def corner_speeds(blocks: Blocks, machine: Machine, control: Control, accelerati
 
 
 def start_speeds(blocks: Blocks, control: Control) -> Array:
-    """The speed (n,), mm/s, at which each block may begin from rest: a step of each axis by its jerk, or rest."""
+    """Compute the speed at which each block may begin from rest.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        n of them.
+    control : Control
+        With Marlin's jerk, or without.
+
+    Returns
+    -------
+    array (n,)
+        mm/s: a step of each axis by its jerk, or 0.
+    """
     if deviation(control) is not None:
         return np.zeros(len(blocks))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -67,8 +104,24 @@ def start_speeds(blocks: Blocks, control: Control) -> Array:
 
 
 def arc_speeds(blocks: Blocks, control: Control, acceleration: Array) -> Array:
-    """The mean speed (n,), mm/s, on arcs, which are cut as chords; inf on lines, and where nothing says how.
+    """Compute the mean speed on arcs, which are cut as chords.
 
+    Parameters
+    ----------
+    blocks : Blocks
+        n of them.
+    control : Control
+        That says how long chords are.
+    acceleration : array (n,)
+        Along each block, mm/s^2.
+
+    Returns
+    -------
+    array (n,)
+        mm/s; inf on lines, and where nothing says how.
+
+    Notes
+    -----
     Each corner between chords is passed at its speed, which rises and falls between two of them; a look-ahead of N
     blocks must be able to stop within N chords, v^2 <= 2 N a chord.
     """

@@ -63,9 +63,22 @@ class TimedLines:
 
 
 def seconds_of(blocks: Blocks, lines: TimedLines) -> tuple[Array, Array]:
-    """Seconds (n,) of each block of a program, and its speed at the end, mm/s.
+    """Time each block of a program.
 
-    The time of a corner's arc is that of the line behind it, as LinuxCNC counts; joined lines share theirs by length.
+    Parameters
+    ----------
+    blocks : Blocks
+        n of them.
+    lines : TimedLines
+        The lines and arcs that they are of.
+
+    Returns
+    -------
+    seconds : array (n,)
+        Of each block. The time of a corner's arc is that of the line behind it, as LinuxCNC counts; joined lines share
+        theirs by length.
+    end_speed : array (n,)
+        At its end, mm/s.
     """
     count = len(lines.length)
     turn = 2.0 * np.arcsin(np.minimum(0.5 * np.linalg.norm(lines.first[1:] - lines.last[:-1], axis=1), 1.0))
@@ -114,9 +127,21 @@ def seconds_of(blocks: Blocks, lines: TimedLines) -> tuple[Array, Array]:
 
 
 def along_arcs(acceleration: Array, radius: Array, fastest: Array) -> Array:
-    """What is left along arcs (n,), mm/s^2, beside the normal acceleration at the machine's greatest speed.
+    """Compute what is left along arcs beside the normal acceleration at the machine's greatest speed.
 
-    a sqrt(1 - n^2), n = v^2 / (R a), at most NORMAL; along lines all of it.
+    Parameters
+    ----------
+    acceleration : array (n,)
+        That the axes allow, mm/s^2.
+    radius : array (n,)
+        mm, inf on lines.
+    fastest : array (n,)
+        The machine's greatest speed there, mm/s.
+
+    Returns
+    -------
+    array (n,)
+        a sqrt(1 - n^2), n = v^2 / (R a), at most NORMAL, mm/s^2; along lines all of it.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.minimum(fastest * fastest / (radius * acceleration), NORMAL)
@@ -124,8 +149,24 @@ def along_arcs(acceleration: Array, radius: Array, fastest: Array) -> Array:
 
 
 def joined(blocks: Blocks, tolerance: Array, stop: BoolArray) -> IntArray:
-    """Which line each block belongs to (n,), when lines within a tolerance of one another's chord are joined.
+    """Join lines that lie within a tolerance of one another's chord.
 
+    Parameters
+    ----------
+    blocks : Blocks
+        n of them.
+    tolerance : array (n,)
+        mm.
+    stop : array (n,)
+        Whether the tool stops at the end of each.
+
+    Returns
+    -------
+    array (n,)
+        Which line each block belongs to.
+
+    Notes
+    -----
     As far as all places between the ends lie within the tolerance of the chord: the naive CAM detector of G64 P.
     """
     lines = np.isinf(blocks.radius) & ~blocks.rapid & np.isfinite(tolerance) & (tolerance > 0.0)

@@ -24,7 +24,17 @@ _SIDES = {"start": "left", "middle": "center", "end": "right"}
 
 
 def write(figure: FigureData, file: str | os.PathLike[str], form: str) -> None:
-    """Write the figure to `file` as "png" or "pdf"; the same figure gives the same file."""
+    """Write a figure as PNG or PDF; the same figure gives the same file.
+
+    Parameters
+    ----------
+    figure : Figure
+        To be written.
+    file : str or PathLike
+        Its name.
+    form : str
+        "png" or "pdf".
+    """
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would talk of fonts and cache folders on stderr
     sheet = layout(figure)
     small = POINTS / PIXELS

@@ -174,10 +174,28 @@ class RigidBodies:
 
 
 def bodies_of(description: Description, way: Sequence[JointDescription]) -> tuple[list[Body], list[str], list[str]]:
-    """What each moving joint on the way to the tip carries; other branches hang on it with their joints at 0.
+    """Gather what each moving joint on the way to the tip carries.
 
-    Also the names of those joints, and of links that have a shape but no inertia and so count for nothing. Raises
-    FormatError where nothing that a joint moves has an inertia.
+    Parameters
+    ----------
+    description : Description
+        Of the robot.
+    way : sequence of JointDescription
+        From the base to the tip.
+
+    Returns
+    -------
+    bodies : list of Body
+        One a moving joint; other branches hang on it with their joints at 0.
+    held : list of str
+        Names of those joints.
+    without : list of str
+        Names of links that have a shape but no inertia and so count for nothing.
+
+    Raises
+    ------
+    FormatError
+        Where nothing that a joint moves has an inertia.
     """
     below: dict[str, list[JointDescription]] = {}
     for joint in description.joints.values():

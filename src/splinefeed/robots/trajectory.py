@@ -358,7 +358,20 @@ class _Quintics:
 
 
 def quintic(h: Array, q: tuple[Array, Array], v: tuple[Array, Array], a: tuple[Array, Array]) -> Array:
-    """Coefficients (n, joints, 6) of the controller's polynomials over times h (n, 1), from states at both ends."""
+    """Compute the polynomials of the controller between states.
+
+    Parameters
+    ----------
+    h : array (n, 1)
+        Times between the states, s.
+    q, v, a : tuple of array (n, joints)
+        Positions, velocities and accelerations at the beginning and at the end, rad and mm by s.
+
+    Returns
+    -------
+    array (n, joints, 6)
+        Coefficients, from the constant on; the formulas stand at the head of the module.
+    """
     d, (v0, v1), (a0, a1) = q[1] - q[0], v, a
     return np.stack(
         [

@@ -105,7 +105,20 @@ def stream_setpoints(
 
 
 def parts_of(path: Path, size: int = PART) -> Iterator[Path]:
-    """A path as parts of at most `size` curves, with their feeds and markers, made on demand."""
+    """Cut a path into parts, with their feeds and markers, made on demand.
+
+    Parameters
+    ----------
+    path : Path
+        To be cut.
+    size : int, optional
+        Curves of a part at the most.
+
+    Yields
+    ------
+    Path
+        Each part.
+    """
     count = len(path.curves)
     return (cut(path, first, min(first + size, count)) for first in range(0, count, size))
 
@@ -271,7 +284,22 @@ def _standing(s: float) -> Array:
 
 
 def windows(paths: Iterable[Path], limits: Limits, period: float) -> Iterator[Chunk]:
-    """The motion along parts of a path, planned window by window, in chunks with what each is measured by."""
+    """Plan the motion along parts of a path, window by window.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+        That follow each other.
+    limits : Limits
+        Of the motion.
+    period : float
+        Of the servo, s.
+
+    Yields
+    ------
+    Chunk
+        Setpoints, with what they are measured by.
+    """
     walk = _Walk(limits, period, measured=True)
     for around, first, own in with_neighbours(TickBlocks(CHUNK).cut(walk.pieces(paths))):
         yield walk.chunk(around, first, own)

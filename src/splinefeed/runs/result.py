@@ -31,7 +31,7 @@ MOST_TICKS = 4_000_000
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Hold what a run made and what was measured of it; `numbers()` is what `--json` prints.
+    """The result of one run, what was made and measured; `numbers()` is what `--json` prints.
 
     Attributes
     ----------

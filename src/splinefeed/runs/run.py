@@ -371,7 +371,31 @@ def _top_feed(law: TimeLaw, ticks: int) -> float:
 
 
 def machine_of(path: Track, machine: Machine | None, limits: Limits) -> tuple[Track, Machine | None, tuple[str, ...]]:
-    """What moves along a path: its own axes or joints of a machine, the machine that is simulated, and remarks."""
+    """Find what moves along a path.
+
+    Parameters
+    ----------
+    path : Track
+        A ToolPath, a path of axes or of joints.
+    machine : Machine or None
+        That is given.
+    limits : Limits
+        Of which the travel of the joints is taken.
+
+    Returns
+    -------
+    path : Track
+        Of its own axes, or as joints of a machine.
+    machine : Machine or None
+        That is simulated.
+    remarks : tuple of str
+        What was left out, one sentence each.
+
+    Raises
+    ------
+    InputError
+        For a machine beside a path that is already in joints, one that lacks an axis, and as `on_machine` raises it.
+    """
     if path.needs_machine:
         return on_machine(path, machine, limits), None, ()
     if path.kinematics is not None and machine is not None:
@@ -384,7 +408,20 @@ def machine_of(path: Track, machine: Machine | None, limits: Limits) -> tuple[Tr
 
 
 def check_axes(path: Path, machine: Machine) -> None:
-    """InputError for a path that moves an axis which the machine does not have."""
+    """Refuse a path that moves an axis which the machine does not have.
+
+    Parameters
+    ----------
+    path : Path
+        Of axes.
+    machine : Machine
+        That is to follow.
+
+    Raises
+    ------
+    InputError
+        That names the axis.
+    """
     for k, axis in enumerate(path.axes):
         if axis not in machine.axes and np.ptp(path.flat.points[:, k]) != 0.0:
             raise InputError(

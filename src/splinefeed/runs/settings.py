@@ -279,7 +279,25 @@ def smooth(path: Path, how: Mapping[str, Any]) -> Path:
 
 
 def arguments(how: Mapping[str, Any], says_tolerance: bool) -> dict[str, Any]:
-    """Settings as arguments of what smooths; says_tolerance: whether the program does (G64 P)."""
+    """Make settings arguments of what smooths.
+
+    Parameters
+    ----------
+    how : mapping of str to object
+        As `smooth` takes it, with a tolerance.
+    says_tolerance : bool
+        Whether the program says one (G64 P).
+
+    Returns
+    -------
+    dict of str to object
+        Lengths in mm, angles in rad.
+
+    Raises
+    ------
+    InputError
+        For PROGRAM where the program has no tolerance.
+    """
     from splinefeed.paths.smoothing import PROGRAM
 
     said: dict[str, Any] = {"tolerance": how["smooth"]}

@@ -130,7 +130,20 @@ def find_arcs(moves: Moves, mended: Findings | None = None) -> Arcs:
 
 
 def arc_lengths(moves: Moves, arcs: Arcs) -> Array:
-    """Lengths (m,) of the arcs over the linear axes, mm: sqrt((r sweep)^2 + dr^2 + rise^2) with the mean radius."""
+    """Compute the lengths of arcs over the linear axes.
+
+    Parameters
+    ----------
+    moves : Moves
+        With the arcs.
+    arcs : Arcs
+        m circles.
+
+    Returns
+    -------
+    array (m,)
+        sqrt((r sweep)^2 + dr^2 + rise^2) with the mean radius r, mm.
+    """
     step = moves.step[arcs.move]
     step[np.arange(len(arcs))[:, None], arcs.axes] = 0.0
     step[:, 3:6] = 0.0

@@ -311,10 +311,32 @@ class Block:
 
 
 def parse(text: str, parameters: Parameters, *, bare: bool = False, corners: bool = False) -> Block:
-    """The words of the line `text`; LineError for what is none, for words twice and for codes that exclude each other.
+    """Take a line apart into words.
 
-    As in RS274 blanks mean nothing, not even within a number. With `bare` a parameter may be set to operators without
-    brackets, #1=#2+5, as in Fanuc's macros. With `corners` ,R and ,C (and ,L for Siemens' CHF) are words.
+    Parameters
+    ----------
+    text : str
+        The line.
+    parameters : Parameters
+        Values that it may use.
+    bare : bool, optional
+        Whether a parameter may be set to operators without brackets, #1=#2+5, as in Fanuc's macros.
+    corners : bool, optional
+        Whether ,R and ,C (and ,L for Siemens' CHF) are words.
+
+    Returns
+    -------
+    Block
+        Its words.
+
+    Raises
+    ------
+    LineError
+        For what is no word, for words twice and for codes that exclude each other.
+
+    Notes
+    -----
+    As in RS274 blanks mean nothing, not even within a number.
     """
     block = Block()
     plain = capitals(text)

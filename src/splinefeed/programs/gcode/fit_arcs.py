@@ -95,7 +95,22 @@ def circle_of(places: Places) -> tuple[complex, float] | None:
 
 
 def biarcs(curve: NurbsCurve, columns: tuple[int, int], tolerance: float) -> FittedArcs:
-    """Arcs and lines in a plane, tangent to each other, within `tolerance`, mm, of the curve at samples of each."""
+    """Approximate a curve in a plane by arcs and lines that are tangent to each other.
+
+    Parameters
+    ----------
+    curve : NurbsCurve
+        To be approximated.
+    columns : tuple of int
+        The two axes of the plane.
+    tolerance : float
+        Of distances from samples of each piece, mm.
+
+    Returns
+    -------
+    FittedArcs
+        In order.
+    """
     fractions = np.linspace(0.0, 1.0, BIARC_SAMPLES + 2)
 
     def fitted(low: Array, high: Array) -> tuple[FittedArcs, FittedArcs, BoolArray]:
@@ -130,8 +145,24 @@ def in_plane(points: Array, columns: tuple[int, int]) -> Places:
 
 
 def chords(curve: NurbsCurve, tolerance: float, rotary: BoolArray) -> Array:
-    """Points (n, axes) on the curve, ends and corners among them, whose chords are within `tolerance`, mm, of it.
+    """Approximate a curve by chords.
 
+    Parameters
+    ----------
+    curve : NurbsCurve
+        To be approximated.
+    tolerance : float
+        Of the curve from its chords, mm.
+    rotary : array (axes,)
+        Which axes turn.
+
+    Returns
+    -------
+    array (n, axes)
+        Points on the curve, ends and corners among them.
+
+    Notes
+    -----
     Chords are halved until the curve at SAMPLES parameters between is near enough; rotary axes are held to
     ROTARY_TOLERANCE of what they are at the nearest place of the chord.
     """

@@ -224,9 +224,23 @@ def straight_lengths(step: Array) -> Array:
 
 
 def leading(moves: Moves, needed: int, known: int = 0) -> tuple[int, int]:
-    """How many rapid moves only lead to the first place, and which of the `needed` axes are not stated before the next.
+    """Count the rapid moves that only lead to the first place.
 
-    Axes are bits; all moves do so where the places of all axes are not stated before the end.
+    Parameters
+    ----------
+    moves : Moves
+        From the beginning of the program.
+    needed : int
+        Bits of the axes that must be stated.
+    known : int, optional
+        Bits of those that are.
+
+    Returns
+    -------
+    first : int
+        How many there are; all moves, where the places of all axes are not stated before the end.
+    missing : int
+        Bits of the needed axes that are not stated before the next.
     """
     stated = moves["axes"] >> STATED
     before = known | np.concatenate([[0], np.bitwise_or.accumulate(stated)])

@@ -35,7 +35,24 @@ def tool_paths(
     keeps_start: bool,
     in_joints: Callable[[Moves], Piece],
 ) -> list[Path]:
-    """The tool paths of a program, and what it does in joints with a feed between them, in order."""
+    """Make the tool paths of a program, and what it does in joints with a feed between them.
+
+    Parameters
+    ----------
+    moves : Moves
+        Of the whole program.
+    reading : Reading
+        Whose findings take what there is to say.
+    keeps_start : bool
+        Whether the user said where the tool is before the first line.
+    in_joints : callable
+        Makes a piece of moves that are not under tool centre point control.
+
+    Returns
+    -------
+    list of Path
+        In order.
+    """
     rotary = [column for column in ROTARY if moves.axes >> column & 1]
     known, makers = (-1 if keeps_start else 0), list[Callable[[str], Path]]()
     for part, tip, length in _sections(moves):
