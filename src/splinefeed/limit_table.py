@@ -53,7 +53,20 @@ class Joint(str):
 
 
 def named(kind: str, axis: str) -> str:
-    """The name of a limit of one axis, axis_jerk.x; that of a joint knows its unit as the joint does."""
+    """Make the name of a limit of one axis, axis_jerk.x; that of a joint knows its unit as the joint does.
+
+    Parameters
+    ----------
+    kind : str
+        Field of Limits.
+    axis : str
+        Name of the axis.
+
+    Returns
+    -------
+    str
+        The name.
+    """
     text = f"{kind}.{axis}"
     return Joint(text, axis.unit) if isinstance(axis, Joint) else text
 
@@ -286,7 +299,18 @@ def words_of(name: str) -> str:
 
 
 def unit_of_axis(axis: str) -> str:
-    """Unit of an axis for people: deg of a rotary one, that of a joint, (mm or rad) of q1, q2, ..., else mm."""
+    """Find the unit of an axis for people.
+
+    Parameters
+    ----------
+    axis : str
+        Its name.
+
+    Returns
+    -------
+    str
+        deg of a rotary one, that of a joint, (mm or rad) of q1, q2, ..., else mm.
+    """
     if isinstance(axis, Joint):
         return axis.unit
     return "deg" if axis in ROTARY_AXES else "(mm or rad)" if UNSAID.fullmatch(axis) else "mm"
@@ -351,12 +375,36 @@ def unit_of(name: str, along: str = "mm") -> str:
 
 
 def shown_by(name: str, axis: str | None) -> float:
-    """What a limit's values are taken times where people read them: degrees of what turns, torques as they are."""
+    """Find what a limit's values are taken times where people read them: degrees of what turns, torques as they are.
+
+    Parameters
+    ----------
+    name : str
+        Of the limit.
+    axis : str or None
+        Whose it is.
+
+    Returns
+    -------
+    float
+        The factor.
+    """
     kind = KINDS.get(field_of(name))
     plain = kind is not None and kind.unit is not None and not kind.unit[1].startswith("deg")
     return 180.0 / math.pi if name in ANGLES or (axis in ROTARY_AXES and not plain) else 1.0
 
 
 def raised(unit: str) -> str:
-    """A unit with its powers as they are printed, mm/s² for mm/s^2."""
+    """Write a unit with its powers as they are printed, mm/s² for mm/s^2.
+
+    Parameters
+    ----------
+    unit : str
+        The unit.
+
+    Returns
+    -------
+    str
+        As printed.
+    """
     return unit.replace("^2", "²").replace("^3", "³")

@@ -31,7 +31,17 @@ ROUNDINGS = 16.0
 
 
 class NearestOnPath(Search):
-    """Nearest points over the linear axes of a path, or over all, each times its unit, (axes,)."""
+    """Find nearest points of a path, near where they are thought to be or anywhere.
+
+    Parameters
+    ----------
+    spans : PathSpans
+        Of the path.
+    closed : bool, optional
+        Whether its end goes on at its start.
+    units : (axes,) array, optional
+        What each axis is taken times; without it the linear axes alone count.
+    """
 
     def __init__(self, spans: PathSpans, *, closed: bool = False, units: Array | None = None) -> None:
         super().__init__(spans, units)

@@ -239,7 +239,15 @@ class PathSpans:
 
 
 class SpanPlaces:
-    """The expansions of the spans (n,) that n places lie on, gathered once and evaluated often."""
+    """Hold the expansions of the spans that places lie on, gathered once and evaluated often.
+
+    Parameters
+    ----------
+    spans : PathSpans
+        Of the path.
+    row : (n,) array of int
+        The span of each place.
+    """
 
     def __init__(self, spans: PathSpans, row: IntArray) -> None:
         self.middle, self.scale = spans.middle[row], spans.scale[row]

@@ -109,14 +109,38 @@ def angles(before: Array, behind: Array) -> Array:
 
 
 def slopes(c: Array, shape: pieces.Shape) -> list[Array]:
-    """The polynomials A' w - A w' of each axis, (terms, n) each, of the columns c (width, n) of a table."""
+    """Compute the polynomials A' w - A w' of each axis.
+
+    Parameters
+    ----------
+    c : (width, n) array
+        Columns of a table.
+    shape : Shape
+        Of the table.
+
+    Returns
+    -------
+    list of (terms, n) array
+        One an axis.
+    """
     _, axes, _, rational = shape
     a = coefficients(c, shape)
     return [slope_of(each, a[axes] if rational else None) for each in a[:axes]]
 
 
 def product(a: Array, b: Array) -> Array:
-    """The products (terms, n) of polynomials with coefficients (terms, n) of t^k."""
+    """Multiply polynomials.
+
+    Parameters
+    ----------
+    a, b : (terms, n) array
+        Their coefficients of t^k.
+
+    Returns
+    -------
+    (terms, n) array
+        Those of the products.
+    """
     out = np.zeros((len(a) + len(b) - 1, a.shape[1]))
     for k, each in enumerate(a):
         out[k : k + len(b)] += each * b
@@ -128,7 +152,22 @@ def _derivative(a: Array) -> Array:
 
 
 def slope_of(a: Array, w: Array | None, times: float = 1.0) -> Array:
-    """The polynomials a' w - times a w' (terms, n): that over w^2 is the derivative of a / w. Without w it is 1."""
+    """Compute the polynomials a' w - times a w': that over w^2 is the derivative of a / w.
+
+    Parameters
+    ----------
+    a : (terms, n) array
+        Coefficients of t^k.
+    w : (terms, n) array or None
+        Without it w is 1.
+    times : float, optional
+        See above.
+
+    Returns
+    -------
+    (terms, n) array
+        Coefficients.
+    """
     if w is None:
         return _derivative(a)
     return product(_derivative(a), w) - times * product(a, _derivative(w))
@@ -155,9 +194,23 @@ def roots(values: Array, real: float) -> tuple[IntArray, Array]:
 
 
 def zeros_on(c: Array, values: Array, real: float) -> tuple[IntArray, Array]:
-    """On which of pieces, columns c (width, n) of their table, polynomials (terms, n) are 0, and parameters (k,) there.
+    """Find where on pieces polynomials are 0; see `roots`.
 
-    See `roots`.
+    Parameters
+    ----------
+    c : (width, n) array
+        Columns of the pieces in their table.
+    values : (terms, n) array
+        Coefficients of the polynomials.
+    real : float
+        The imaginary part up to which a root is real.
+
+    Returns
+    -------
+    piece : (k,) array of int
+        On which piece each is.
+    u : (k,) array
+        Parameters there.
     """
     piece, t = roots(values, real)
     low, high, middle, scale = (c[each, piece] for each in (pieces.LOW, pieces.HIGH, pieces.MIDDLE, pieces.SCALE))

@@ -30,7 +30,20 @@ SHRINKING = 0.75
 
 
 def columns(table: Array, row: IntArray) -> Array:
-    """The rows `row` (n,) of a table, n at least 1, as contiguous columns (width, n), or (width, 1) if all are one."""
+    """Gather rows of a table as contiguous columns.
+
+    Parameters
+    ----------
+    table : (pieces, width) array
+        The table.
+    row : (n,) array of int
+        The rows, at least 1.
+
+    Returns
+    -------
+    (width, n) array
+        Or (width, 1) if all are one.
+    """
     first, last = int(row.min()), int(row.max()) + 1
     if last - first > 2 * len(row):
         return np.ascontiguousarray(table[row].T)
@@ -43,7 +56,20 @@ def columns(table: Array, row: IntArray) -> Array:
 
 
 def coefficients(c: Array, shape: Shape) -> Array:
-    """Coefficients of t^k of the columns c (width, n): (axes, and the weight if rational; degree + 1; n)."""
+    """Take coefficients of t^k out of columns.
+
+    Parameters
+    ----------
+    c : (width, n) array
+        Columns of a table.
+    shape : Shape
+        Of the table.
+
+    Returns
+    -------
+    (axes + rational, degree + 1, n) array
+        Of the axes, and of the weight if rational.
+    """
     degree, axes, _, rational = shape
     return c[ORIGIN + axes :].reshape(axes + rational, degree + 1, -1)
 
@@ -109,7 +135,21 @@ def speed(a: Array, shape: Shape, t: Array) -> Array:
 
 
 def derivatives(c: Array, shape: Shape, t: Array, order: int, out: Array) -> None:
-    """Points and derivatives by u to `order` at t (n,) of the columns c, into out (n, order + 1, axes)."""
+    """Compute points and derivatives by u.
+
+    Parameters
+    ----------
+    c : (width, n) array
+        Columns of a table.
+    shape : Shape
+        Of the table.
+    t : (n,) array
+        Where, in [-1, 1].
+    order : int
+        Of the highest derivative.
+    out : (n, order + 1, axes) array
+        Out: what was computed.
+    """
     found = taylor(coefficients(c, shape), shape[3], t, order)
     out[:, 0] = (found[0] + c[ORIGIN : ORIGIN + shape[1]]).T
     factor = 1.0
@@ -119,7 +159,20 @@ def derivatives(c: Array, shape: Shape, t: Array, order: int, out: Array) -> Non
 
 
 def arc(c: Array, t: Array) -> Array:
-    """S - START at t (n,) of the columns c, mm: sum_k arc_k t^k, even and odd terms apart."""
+    """Compute S - START: sum_k arc_k t^k, even and odd terms apart.
+
+    Parameters
+    ----------
+    c : (width, n) array
+        Columns of a table.
+    t : (n,) array
+        Where, in [-1, 1].
+
+    Returns
+    -------
+    (n,) array
+        mm.
+    """
     a = c[ARC : ARC + ARC_TERMS]
     x = t * t
     even: Array = a[10] * x
@@ -139,7 +192,22 @@ def arc(c: Array, t: Array) -> Array:
 
 
 def place_on(c: Array, length: Array, s: Array) -> Array:
-    """u (n,) on the columns c of pieces as long as `length` (n,), mm, at s (n,), mm; the ends are met exactly."""
+    """Find u on pieces at a length; the ends are met exactly.
+
+    Parameters
+    ----------
+    c : (width, n) array
+        Columns of the pieces.
+    length : (n,) array
+        How long they are, mm.
+    s : (n,) array
+        Lengths along the path, mm.
+
+    Returns
+    -------
+    (n,) array
+        u.
+    """
     ahead = s - c[START]
     inside = ahead > 0.0
     inside &= ahead < length
@@ -237,7 +305,22 @@ def _rest_and_slope(a: Array, wanted: Array, t: Array) -> tuple[Array, Array]:
 
 
 def last_below(values: Array, first: IntArray, last: IntArray, wanted: Array) -> IntArray:
-    """Last index (n,) in first (n,) ... last (n,) whose value is not above `wanted` (n,), or first: by bisection."""
+    """Find the last of increasing values that is not above a wanted one: by bisection.
+
+    Parameters
+    ----------
+    values : (m,) array
+        Increasing.
+    first, last : (n,) array of int
+        Indices between which to look.
+    wanted : (n,) array
+        The values.
+
+    Returns
+    -------
+    (n,) array of int
+        Indices; `first` where none is.
+    """
     while np.any(first < last):
         middle = (first + last + 1) >> 1
         below = values[middle] <= wanted
@@ -285,7 +368,25 @@ def clipped(
 
 
 def is_left(side: str, order: int = 0) -> bool:
-    """Whether the piece on the left of a knot is wanted; InputError for another side, or an order of derivatives."""
+    """Tell whether the piece on the left of a knot is wanted.
+
+    Parameters
+    ----------
+    side : str
+        "left" or "right".
+    order : int, optional
+        Of derivatives, 0 to 3.
+
+    Returns
+    -------
+    bool
+        Whether it is.
+
+    Raises
+    ------
+    InputError
+        For another side, or an order of derivatives.
+    """
     if order not in (0, 1, 2, 3):
         raise InputError(f"order is {order!r}; expected 0 to 3")
     if side not in ("right", "left"):

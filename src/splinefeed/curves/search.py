@@ -81,7 +81,17 @@ class Cells:
 
 @dataclass(eq=False)
 class Found:
-    """The nearest point to each of n positions: row, t (n,), squared distance (n,), mm^2."""
+    """Hold the nearest point to each of n positions.
+
+    Parameters
+    ----------
+    row : (n,) array of int
+        Its row.
+    t : (n,) array
+        Where on it, in [-1, 1].
+    square : (n,) array
+        Squared distance, mm^2.
+    """
 
     row: IntArray
     t: Array

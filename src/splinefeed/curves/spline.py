@@ -222,7 +222,18 @@ def numbers(values: ArrayLike | Points, name: str, ndim: int) -> Array:
 
 
 def least_step(knots: Array) -> float:
-    """How far apart knots must be that are not equal."""
+    """Compute how far apart knots must be that are not equal.
+
+    Parameters
+    ----------
+    knots : (k,) array
+        Not decreasing.
+
+    Returns
+    -------
+    float
+        The least step.
+    """
     return max(float(max(-knots[0], knots[-1])) * float(np.finfo(float).eps) * 16.0, 1.0 / LARGEST)
 
 

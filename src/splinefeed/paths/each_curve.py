@@ -75,7 +75,18 @@ def chosen_of_each(said: dict[str, Any], kept: IntArray) -> dict[str, Any]:
 
 
 def default_axes(count: int) -> tuple[str, ...]:
-    """Names of `count` axes that have none: x, y, z, or joints q1, q2, ... where there are more."""
+    """Name axes that have no names.
+
+    Parameters
+    ----------
+    count : int
+        How many there are.
+
+    Returns
+    -------
+    tuple of str
+        x, y, z, or joints q1, q2, ... where there are more.
+    """
     return DEFAULT_AXES[:count] if count <= MOST_UNNAMED else tuple(f"q{k}" for k in range(1, count + 1))
 
 

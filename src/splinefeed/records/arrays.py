@@ -77,19 +77,54 @@ def check_finite(array: Array, name: str) -> None:
 
 
 def read_only(array: T) -> T:
-    """A view of `array` that cannot be written to."""
+    """Make a view of an array that cannot be written to.
+
+    Parameters
+    ----------
+    array : (...) array
+        The array.
+
+    Returns
+    -------
+    (...) array
+        The view.
+    """
     view = array.view()
     view.setflags(write=False)
     return view
 
 
 def chunks(count: int, most: int = CHUNK) -> Iterator[slice]:
-    """`count` places in parts of so many that what is made of them stays in the cache."""
+    """Divide places into parts of so many that what is made of them stays in the cache.
+
+    Parameters
+    ----------
+    count : int
+        How many places.
+    most : int, optional
+        Of one part.
+
+    Yields
+    ------
+    slice
+        Of the next part.
+    """
     return (slice(first, min(first + most, count)) for first in range(0, count, most))
 
 
 def dot(one: Array, other: Array) -> Array:
-    """Scalar product over the first axis, added one after the other, so that how many there are changes no bit."""
+    """Compute a scalar product over the first axis, added one after the other: how many there are changes no bit.
+
+    Parameters
+    ----------
+    one, other : (m, ...) array
+        The factors.
+
+    Returns
+    -------
+    (...) array
+        The products.
+    """
     total: Array = one[0] * other[0] if len(one) else np.zeros(np.broadcast_shapes(one.shape, other.shape)[1:])
     for k in range(1, len(one)):
         total += one[k] * other[k]
@@ -97,11 +132,35 @@ def dot(one: Array, other: Array) -> Array:
 
 
 def taken(index: Any, *arrays: Any) -> tuple[Any, ...]:
-    """The elements `index` of the last axis of each array."""
+    """Take elements of the last axis of each array.
+
+    Parameters
+    ----------
+    index : (k,) array of int or bool
+        Which.
+    *arrays : (..., n) array
+        The arrays.
+
+    Returns
+    -------
+    tuple of (..., k) array
+        The elements.
+    """
     return tuple(each[..., index] for each in arrays)
 
 
 def expanded(count: IntArray) -> tuple[IntArray, IntArray]:
-    """Of each thing, of which each of n owners has `count` (n,), whose it is, and its number with that owner."""
+    """Number things by their owners.
+
+    Parameters
+    ----------
+    count : (n,) array of int
+        How many each of n owners has.
+
+    Returns
+    -------
+    owner, number : (m,) array of int
+        Of each thing, whose it is, and its number with that owner.
+    """
     owner = np.repeat(np.arange(len(count)), count)
     return owner, np.arange(len(owner)) - (np.cumsum(count) - count)[owner]
