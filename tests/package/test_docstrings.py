@@ -19,6 +19,7 @@ from splinefeed.interpolation import registry
 
 #: Rooms whose docstrings are in this form; a room joins when its last public name is.
 DONE = (
+    "analysis",
     "checks",
     "cli",
     "curves",

@@ -149,13 +149,37 @@ def drives_see(exact: Array, seen: Array, floor: Array) -> Array:
 class LimitUse:
     """How much of each limit is used at each tick.
 
-    names  (k,)    the limits as `check` names them, along the path first
-    share  (n, k)  value / limit, absolute where it has a sign; t, s  (n,) s and mm
-    counts (k+1,)  ticks at which nothing binds, and at which each limit does; of a long motion those left out too
-    top    (n,)    maximum-velocity curve at the place of the tick, mm/s, infinite where nothing limits: the highest
-                   feed that feed, centripetal, chord, velocity and acceleration limits leave there for any acceleration
+    Attributes
+    ----------
+    names : tuple of k str
+        The limits as `check` names them, along the path first.
+    t : (n,) array
+        s.
+    s : (n,) array
+        Arc length, mm.
+    share : (n, k) array
+        value / limit, absolute where it has a sign.
+    top : (n,) array
+        Maximum-velocity curve at the place of the tick, mm/s, infinite where nothing limits: the highest feed that
+        feed, centripetal, chord, velocity and acceleration limits leave there for any acceleration.
+    counts : (k + 1,) array of int
+        Ticks at which nothing binds, and at which each limit does; of a long motion those left out too.
+
+    Notes
+    -----
     A step of velocity at a corner counts at the tick next to it.
-    Source: docs/check.md. Example: `run.use.time_bound_by()`
+
+    References
+    ----------
+    .. [1] docs/check.md.
+
+    Examples
+    --------
+    >>> import splinefeed as sf
+    >>> run = sf.run(sf.Path.polyline([[0, 0], [10, 0]]), sf.Limits(feed=10, acceleration=100, jerk=1000))
+    >>> bound = run.use.time_bound_by()
+    >>> max(bound, key=bound.get), round(bound["feed"], 2)
+    ('feed', 0.67)
     """
 
     names: tuple[str, ...]
@@ -501,7 +525,20 @@ def drift(setpoints: Setpoints, law: TimeLaw, path: Path | None = None) -> Array
 
 
 def chord_errors(setpoints: Setpoints, path: Path) -> Array:
-    """Largest distance of the curve from the straight line between neighbouring setpoints, (n - 1,), mm."""
+    """Measure the largest distance of the curve from the straight line between neighbouring setpoints.
+
+    Parameters
+    ----------
+    setpoints : Setpoints
+        n of them.
+    path : Path
+        On which they lie.
+
+    Returns
+    -------
+    (n - 1,) array
+        mm.
+    """
     rows = spans_of(path)
     row, u = rows.find(setpoints.curve, setpoints.u)
     places = SpanPlaces(rows, row)
