@@ -104,11 +104,25 @@ class TipMotion:
 
 
 def differences(setpoints: Setpoints, corners: Array, moving: tuple[bool, bool]) -> list[tuple[Array, Array]]:
-    """What a drive sees at the ticks: first to third divided difference, (n, axes), and their rounding, (n, 1).
+    """Compute what a drive sees at the ticks: first to third divided difference, and their rounding.
 
-    corners  lengths (k,), mm, at which the velocity may jump: no second or third difference is made over them
-    moving   at the first and at the last tick: where not, the axes stand before and behind
-    What is not known is NaN. The first and the third difference lie half a period behind their tick.
+    Parameters
+    ----------
+    setpoints : Setpoints
+        n of them.
+    corners : (k,) array
+        Arc lengths, mm, at which the velocity may jump: no second or third difference is made over them.
+    moving : (bool, bool)
+        Whether the axes move at the first and at the last tick: where not, they stand before and behind.
+
+    Returns
+    -------
+    list of 3 pairs
+        Difference (n, axes), mm/s^k or rad/s^k, and its rounding (n, 1). What is not known is NaN.
+
+    Notes
+    -----
+    The first and the third difference lie half a period behind their tick.
     """
     n, period, at = len(setpoints), setpoints.period, setpoints.position
     dt = np.pad(np.diff(setpoints.t), 2, constant_values=period)
@@ -133,8 +147,24 @@ def differences(setpoints: Setpoints, corners: Array, moving: tuple[bool, bool])
 
 
 def drives_see(exact: Array, seen: Array, floor: Array) -> Array:
-    """Exact derivatives (n, k), but differences `seen` (n, k) where these exceed them by more than `floor` (n, 1).
+    """Take exact derivatives, but differences where these exceed them by more than their rounding.
 
+    Parameters
+    ----------
+    exact : (n, k) array
+        Derivatives by time.
+    seen : (n, k) array
+        Differences of the setpoints.
+    floor : (n, 1) array
+        Rounding of these.
+
+    Returns
+    -------
+    (n, k) array
+        In the unit of both.
+
+    Notes
+    -----
     A difference that is larger than the derivative at all ticks that it is made of is no mean of it: curvature jumps
     there, or the acceleration of the law, and the drive sees the difference. Where C' = 0 exact ones are not finite.
     """
@@ -212,12 +242,33 @@ class LimitUse:
 
 
 def limit_use(setpoints: Setpoints, path: Track, law: TimeLaw, limits: Limits) -> tuple[AxisMotion, LimitUse]:
-    """What each axis or joint does at the ticks, q(t) = r(s(t)), and how much of all limits that and `law` use.
+    """Compute what each axis or joint does at the ticks, and how much of all limits that and the law use.
 
-    q' = r_s s',  q'' = r_ss s'^2 + r_s s'',  q''' = r_sss s'^3 + 3 r_ss s' s'' + r_s s'''
+    Parameters
+    ----------
+    setpoints : Setpoints
+        n of them.
+    path : Track
+        On which they lie. On a JointPath the axes are joints, and feed and curvature those of the tip.
+    law : TimeLaw
+        That they follow.
+    limits : Limits
+        Of the motion.
+
+    Returns
+    -------
+    motion : AxisMotion
+        (n, axes), mm and s, rotary axes rad.
+    use : LimitUse
+        (n, k), of k limits.
+
+    Notes
+    -----
+    With q(t) = r(s(t)):
+
+        q' = r_s s',  q'' = r_ss s'^2 + r_s s'',  q''' = r_sss s'^3 + 3 r_ss s' s'' + r_s s'''
 
     By these forms, or where they take more by the differences of the setpoints, which the motion is; see `drives_see`.
-    On a JointPath the axes are joints, and feed and curvature those of the tip.
     """
     t = setpoints.t
     v, a, j = law.feed(t), law.acceleration(t), law.jerk(t)
@@ -330,7 +381,7 @@ def _steps(setpoints: Setpoints, path: Path, law: TimeLaw, limits: Limits) -> li
 
 
 def feed_limit(setpoints: Setpoints, path: Path, limits: Limits) -> Array:
-    """The least of the feed limit and of the feed of the program, at each tick (n,), mm/s.
+    """Return the least of the feed limit and of the feed of the program, at each tick (n,), mm/s.
 
     At the first tick of a curve the faster one of both sides counts: the step to it lies on the curve before.
     """
@@ -350,14 +401,41 @@ def maximum_velocity(
     period: float,
     tip: tuple[Array | float, Array | float] = (1.0, 0.0),
 ) -> Array:
-    """The maximum-velocity curve at n places, (n,), mm/s, of the tip.
+    """Compute the maximum-velocity curve of the tip at n places.
 
-    From derivatives by length d (n, 4, axes), what limits of PLACES bound at 1 mm/s, (n,) by name, and the curvature
-    which chords see, chord (n,), 1/mm; tip (n,) the first two derivatives of the tip's arc length.
+    Parameters
+    ----------
+    d : (n, 4, axes) array
+        Derivatives of the axes by length, mm or rad per mm^k.
+    slow : mapping of str to (n,) array
+        What limits of PLACES bound, at 1 mm/s, by name.
+    chord : (n,) array
+        The curvature which chords see, 1/mm.
+    axes : tuple of str
+        Their names.
+    limits : Limits
+        Of the motion.
+    feed : (n,) array
+        Highest feed, mm/s.
+    period : float
+        Of the servo, s.
+    tip : ((n,) array, (n,) array), optional
+        The first two derivatives of the tip's arc length.
 
+    Returns
+    -------
+    (n,) array
+        mm/s.
+
+    Notes
+    -----
     An axis, or a combination of axes, has acceleration r' a + r'' q with q = v^2. Some a keeps all of them within A_i
-    exactly where, for every two i, k taken with r' > 0,  q (r''_k / r'_k - r''_i / r'_i) <= A_k / r'_k + A_i / r'_i
-    (Bobrow, Dubowsky & Gibson 1985, doi:10.1177/027836498500400301, by eliminating a). Torques are left out.
+    exactly where, for every two i, k taken with r' > 0,  q (r''_k / r'_k - r''_i / r'_i) <= A_k / r'_k + A_i / r'_i:
+    the method of [1]_, by eliminating a. Torques are left out.
+
+    References
+    ----------
+    .. [1] Bobrow, Dubowsky & Gibson 1985, doi:10.1177/027836498500400301.
     """
     bounded = limits.axis_bounds(axes)
     velocity, acceleration, _ = bounded.bounds
