@@ -158,9 +158,19 @@ class PlannedTrack:
         return places[(places > low + INSIDE) & (places < high - INSIDE)]
 
     def derivatives(self, s: Array, middle: Array) -> Array:
-        """r and its derivatives by length (n, 4, axes) at places s (n,), where curves meet on the side of `middle`.
+        """Compute places on the track and their derivatives by length.
 
-        Joints that are no axes are behind these.
+        Parameters
+        ----------
+        s : array (n,)
+            Places, mm.
+        middle : array (n,)
+            Places on the side that counts where curves meet, mm.
+
+        Returns
+        -------
+        array (n, 4, axes + joints)
+            r, r', r'' and r'''; joints that are no axes are behind these.
         """
         out = np.empty((len(s), 4, len(self.parts[0].axes)))
         inside = s + np.clip(middle - s, -INSIDE, INSIDE)

@@ -102,7 +102,15 @@ class Motion:
         self.override.rest_at(tau)
 
     def begin_near(self, position: Array, low: float, high: float) -> None:
-        """Restart, at rest, at the plan time from low to high, s, where the axes are nearest to `position`."""
+        """Restart, at rest, where the axes are nearest to a position.
+
+        Parameters
+        ----------
+        position : array (axes,)
+            mm and rad.
+        low, high : float
+            Plan times between which that is, s.
+        """
         low, high = max(low, 0.0), min(high, self.duration)
         count, best = max(round(LOOKS * (high - low) / self.period), 1) + 1, low
         for _ in range(ROUNDS):

@@ -110,7 +110,20 @@ class Recorded:
     spindle: float = 0.0
 
     def estimated(self, time: CycleTime, limit: int | None = None) -> Array:
-        """Seconds (k,) of each piece by an estimate; with `limit` only of blocks that this one of LIMITS binds."""
+        """Sum the seconds of each piece by an estimate.
+
+        Parameters
+        ----------
+        time : CycleTime
+            The estimate.
+        limit : int, optional
+            Index of LIMITS: only of blocks that this one binds.
+
+        Returns
+        -------
+        array (k,)
+            s.
+        """
         line, seconds, _, number = time.rows
         if limit is not None:
             bound = np.append(time.times.limit, -1)[number]

@@ -88,8 +88,22 @@ class Orientation:
         return np.unique(spline.t[spline.k + 1 : -spline.k - 1]) * self.length if spline.k < 4 else np.zeros(0)
 
     def jets(self, s: Array, order: int) -> Array:
-        """Taylor coefficients by length of the rotation, (order + 1, n, 3, 3), at lengths s (n,), mm.
+        """Compute Taylor coefficients of the rotation by length.
 
+        Parameters
+        ----------
+        s : array (n,)
+            Lengths along the path, mm.
+        order : int
+            Of the highest coefficient.
+
+        Returns
+        -------
+        array (order + 1, n, 3, 3)
+            Coefficients, 1/mm^k.
+
+        Notes
+        -----
         R = 1 + 2 (w [v]x + [v]x [v]x) of a quaternion (v, w) of length 1.
         """
         share = s / self.length
