@@ -17,36 +17,6 @@ import splinefeed as sf
 from docs_pages import ROOT
 from splinefeed.interpolation import registry
 
-#: Rooms whose docstrings are in this form; a room joins when its last public name is.
-DONE = (
-    "analysis",
-    "checks",
-    "cli",
-    "curves",
-    "errors",
-    "files",
-    "formats",
-    "interpolation",
-    "kernels",
-    "kinematics",
-    "limit_table",
-    "live",
-    "machine",
-    "numbers",
-    "paths",
-    "planner",
-    "programs",
-    "records",
-    "reports",
-    "robots",
-    "runs",
-    "simulation",
-    "studio",
-    "sweeps",
-    "telling",
-    "units",
-    "workers",
-)
 #: Sections in their order.
 SECTIONS = ["Parameters", "Attributes", "Returns", "Yields", "Raises", "Notes", "References", "Examples"]
 #: With what the sentence of a function begins.
@@ -74,18 +44,15 @@ NO_ERRORS = re.compile(
 )
 #: A name of a method, and text.
 NO_UNITS = re.compile(r"SplinefeedError|Figure|methods|register|from_text")
-
-
 #: What others derive from: their methods are described here, and a method in place of one says what it does there.
 BASES = (sf.paths.Track, sf.records.Modelled)
 
 
 class Said(NamedTuple):
-    """A public name: where it is, what it is, and its room; of a method, its class."""
+    """A public name: where it is, and what it is; of a method, its class."""
 
     name: str
     thing: Any
-    room: str
     owner: type | None
 
 
@@ -114,7 +81,7 @@ def everything() -> Iterator[Said]:
         if thing in seen or not thing.__module__.startswith("splinefeed."):
             continue
         seen.add(thing)
-        yield Said(name, thing, thing.__module__.split(".")[1], None)
+        yield Said(name, thing, None)
         for attribute, method in inspect.getmembers(thing, inspect.isroutine) if inspect.isclass(thing) else ():
             home = getattr(method, "__module__", None) or ""
             public = not attribute.startswith("_") or attribute == "__call__"
@@ -122,7 +89,7 @@ def everything() -> Iterator[Said]:
             described = any(attribute in vars(base) for base in BASES if base in thing.__mro__[1:])
             if public and home.startswith("splinefeed.") and key not in seen and not described and parameters(method):
                 seen.add(key)
-                yield Said(f"{name}.{attribute}", method, home.split(".")[1], thing)
+                yield Said(f"{name}.{attribute}", method, thing)
 
 
 def parameters(thing: Any) -> dict[str, inspect.Parameter]:
@@ -229,7 +196,7 @@ def of_a_public_name(said: Said, text: str, found: dict[str, list[str]]) -> Iter
             yield f"{page} is missing"
 
 
-ALL = {each.name: each for each in everything() if each.room in DONE}
+ALL = {each.name: each for each in everything()}
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -307,7 +274,6 @@ OLDER = re.compile(r"^\w+(, \w+)*( +\([^)]*\))?  +\S|\b(Raises|Returns|Sources?:
 
 def test_no_docstring_has_a_form_of_its_own():
     older = [place for place, _, text in defined() if not set(sections(text)) - {""} and OLDER.search(text)]
-    older = [each for each in older if re.split(r"[/.:]", each)[2] in DONE]
     assert older == []
 
 
@@ -348,6 +314,6 @@ def test_what_is_missing_is_found(old, new, fault):
         return True
 
     wait.__doc__ = FORM
-    assert list(faults(Said("wait", wait, "", sf.Path))) == []
+    assert list(faults(Said("wait", wait, sf.Path))) == []
     wait.__doc__ = FORM.replace(old, new)
-    assert any(each.startswith(fault) for each in faults(Said("wait", wait, "", sf.Path)))
+    assert any(each.startswith(fault) for each in faults(Said("wait", wait, sf.Path)))

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import ast
-import doctest
 import inspect
-import re
 from importlib import import_module
 from operator import attrgetter
 from pathlib import Path
 from types import ModuleType
 
-import numpy as np
 import pytest
 
 import splinefeed as sf
@@ -167,96 +164,3 @@ def test_records_are_one_short_line(motion):
 def test_all_behind_the_chain_is_keyword_only(name, first):
     parameters = inspect.signature(attrgetter(name)(sf)).parameters
     assert [each for each, p in parameters.items() if p.kind is not p.KEYWORD_ONLY] == first
-
-
-#: Public names that are neither room nor number, and their values; tests/package/test_docstrings.py has those of DONE.
-SAID = {
-    f"{room}.{name}".removeprefix("splinefeed."): getattr(module(room), name)
-    for room, names in PUBLIC.items()
-    for name in names.split()
-    if not isinstance(getattr(module(room), name), ModuleType | str)
-    and name != "SplinefeedError"
-    and "\nExamples\n--------\n" not in (inspect.getdoc(getattr(module(room), name)) or "")
-}
-#: What has no numbers of its own has no shapes; names, files, and settings; a record of single numbers.
-NO_SHAPES = re.compile(
-    r"report|Combination|LimitResult|Limits|Machine|Marker|MethodResult|UltimatePoint|State|Verdict|compare|load|save"
-    r"|methods|register|write|read|read_parts|sweep|cycle_time"
-    r"|PathParts|Smoother|smooth_stream|MotionBlock|LookAhead|Override|LawSource|with_reserve|tune"
-    r"|tune_on_path|robot|report|smooth|Job|job|Payload|AxisTuning|Bound|Margins|margins|PathTuning|Tuning"
-)
-NO_UNITS = re.compile(r"methods|register|Figure")
-#: What checks nothing raises nothing: records that only our own code makes, and a list of names.
-NO_ERRORS = re.compile(
-    r"LimitResult|Verdict|MethodResult|MethodTrace|Run|methods|AxisMotion|Contour|LimitUse|Ripple|Fit|UltimatePoint|PathParts|MotionBlock|OverrideTicks|AxisTuning|Bound"
-    r"|Margins|margins|PathTuning|Tuning"
-)
-
-
-@pytest.mark.parametrize("name", SAID)
-def test_a_docstring_says_shapes_units_errors_source_and_example(name):
-    said = " ".join((inspect.getdoc(SAID[name]) or "").split())
-    last = name.rpartition(".")[2]
-    assert re.match(r"[A-Z`].*?[.:]( |$)", said)
-    shaped = re.search(r"\((\.\.\.|n|m|m ?\+ ?1|k|axes)[,)]", said)
-    assert shaped or NO_SHAPES.fullmatch(last) or name.startswith("plot.")
-    assert re.search(r"\b(mm|s|ms|rad|deg|dB|V|px|Hz)\b", said) or NO_UNITS.fullmatch(last)
-    assert re.search(r"[Rr]aises?:? ", said) or NO_ERRORS.fullmatch(last)
-    assert re.search(r"Source: |doi[:.]|The NURBS Book|docs/", said)
-    assert (
-        "Example: `" in said or ">>> " in said or last == "register"  # docs/add-a-method.md runs one
-    )
-    for page in re.findall(r"docs/[\w/-]+\.md", said):
-        assert (Path(__file__).parents[2] / page).is_file()
-
-
-FUNCTIONS = sorted(name for name, each in SAID.items() if inspect.isfunction(each) and not name.startswith("plot."))
-NOT_IMPERATIVE = {
-    "A",
-    "All",
-    "An",
-    "Curves",
-    "Each",
-    "Every",
-    "How",
-    "Names",
-    "One",
-    "Positions",
-    "The",
-    "What",
-    "Where",
-}
-
-
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_a_function_says_what_it_does_takes_and_returns(name):
-    said = inspect.getdoc(SAID[name]) or ""
-    assert said.split()[0] not in NOT_IMPERATIVE
-    assert re.search(r"\breturns?\b", said, re.IGNORECASE)
-    missing = [each for each in inspect.signature(SAID[name]).parameters if not re.search(rf"\b{each}\b", said)]
-    assert not missing
-
-
-@pytest.fixture(scope="module")
-def names(motion):
-    path, limits, law, setpoints = motion
-    slow = sf.plan(path, sf.planner.with_reserve(limits), period=1e-3)
-    tip = sf.NurbsCurve.bezier([[0, 0, 0], [20, 25, 0], [40, -15, 2], [60, 10, 2]])
-    axis = sf.NurbsCurve.bezier([[-5, 3, 20], [16, 30, 20], [42, -8, 22], [66, 15, 22]])
-    return {
-        **{"sf": sf, "np": np, "path": path, "limits": limits, "law": law, "slow": slow, "setpoints": setpoints},
-        **{"machine": sf.Machine.load("xytheta"), "run": sf.run(path, limits, law=law), "curve": path.curves[0]},
-        **{"tip": tip, "axis": axis, "tool": sf.ToolPath(tip, axis)},
-    }
-
-
-@pytest.mark.parametrize("name", [name for name in SAID if name != "interpolation.register"])
-def test_the_example_runs(name, names, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    examples = re.findall(r"Example: `(.+?)`(?:\n|$|\.)", inspect.getdoc(SAID[name]) or "", re.DOTALL)
-    runs = doctest.DocTestFinder(recurse=False).find(SAID[name], name, globs={})
-    for each in runs:
-        assert doctest.DocTestRunner().run(each).failed == 0
-    assert examples or any(each.examples for each in runs)
-    for example in examples:
-        exec(compile(" ".join(example.split()), name, "exec"), dict(names))

@@ -104,25 +104,22 @@ class TipMotion:
 
 
 def differences(setpoints: Setpoints, corners: Array, moving: tuple[bool, bool]) -> list[tuple[Array, Array]]:
-    """Compute what a drive sees at the ticks: first to third divided difference, and their rounding.
+    """Compute what a drive sees at the ticks: first to third divided difference.
 
     Parameters
     ----------
     setpoints : Setpoints
-        n of them.
+        n ticks.
     corners : (k,) array
-        Arc lengths, mm, at which the velocity may jump: no second or third difference is made over them.
+        Lengths, mm, at which the velocity may jump: no second or third difference is made over them.
     moving : (bool, bool)
-        Whether the axes move at the first and at the last tick: where not, they stand before and behind.
+        At the first and at the last tick: where not, the axes stand before and behind.
 
     Returns
     -------
-    list of 3 pairs
-        Difference (n, axes), mm/s^k or rad/s^k, and its rounding (n, 1). What is not known is NaN.
-
-    Notes
-    -----
-    The first and the third difference lie half a period behind their tick.
+    list of (array, array)
+        Differences (n, axes), mm or rad by s^k, and their rounding, (n, 1). What is not known is NaN. The first and the
+        third difference lie half a period behind their tick.
     """
     n, period, at = len(setpoints), setpoints.period, setpoints.position
     dt = np.pad(np.diff(setpoints.t), 2, constant_values=period)
@@ -181,12 +178,10 @@ class LimitUse:
 
     Attributes
     ----------
-    names : tuple of k str
-        The limits as `check` names them, along the path first.
-    t : (n,) array
-        s.
-    s : (n,) array
-        Arc length, mm.
+    names : tuple of str
+        The k limits as `check` names them, along the path first.
+    t, s : (n,) array
+        Time of the tick, s, and length, mm.
     share : (n, k) array
         value / limit, absolute where it has a sign.
     top : (n,) array
@@ -201,15 +196,14 @@ class LimitUse:
 
     References
     ----------
-    .. [1] docs/check.md.
+    .. [1] docs/check.md
 
     Examples
     --------
     >>> import splinefeed as sf
-    >>> run = sf.run(sf.Path.polyline([[0, 0], [10, 0]]), sf.Limits(feed=10, acceleration=100, jerk=1000))
-    >>> bound = run.use.time_bound_by()
-    >>> max(bound, key=bound.get), round(bound["feed"], 2)
-    ('feed', 0.67)
+    >>> run = sf.run(sf.Path.polyline([[0, 0], [30, 0]]), sf.Limits(feed=10, acceleration=100, jerk=1000))
+    >>> sorted(run.use.time_bound_by())
+    ['acceleration', 'deceleration', 'feed', 'jerk', 'none']
     """
 
     names: tuple[str, ...]
