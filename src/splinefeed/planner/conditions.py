@@ -182,8 +182,12 @@ class Conditions:
         return np.pad(np.cumsum(each, axis=3), ((0, 0), (0, 0), (0, 0), (1, 0)))
 
     def jumps_worth_cells(self, low: float, high: float, s: Array, q: Array) -> tuple[Array, Array]:
-        """Breaks between two places whose jumps take a share of a limit of jerk, and q there, by q (n,) at s (n,)."""
-        b = self.inside(low, high)
+        """Breaks within reach between two places whose jumps take a share of a limit of jerk; q there, by q (n,) at s.
+
+        Those within a period before the first and behind the last place reach in.
+        """
+        way = WITHIN * (self.period or 0.0) * np.sqrt(q[[0, -1]])
+        b = self.inside(low - float(way[0]), high + float(way[1]))
         if self.period is None or not len(b):
             return b[:0], b[:0]
         there = np.interp(b, s, q)

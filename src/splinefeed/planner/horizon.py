@@ -28,6 +28,8 @@ RAMP = 0.01
 TURN = 0.05
 #: The first guess of q, as a share of what limits of velocity and acceleration allow or of another solution.
 GUESS = 0.6
+#: Share of q at ends in motion from which faster ones are led up to, and the least rise that is tried, as a share.
+CALM, STEEPEST = 0.25, 0.01
 #: Length of cells next to rest, as a share of their distance from it.
 GROWTH = 0.35
 #: What the audit may not see of a peak between its places, as a factor on q: 3e-6 was found.
@@ -160,15 +162,17 @@ class Horizon:
     def rise(self, way: float, cells: BoolArray, least: float) -> None:
         """Have the tip speed up (`way` 1) or slow down (-1) over these cells (n,), by `least`, mm/s^2, or more.
 
-        There the limit of jerk is the one for that.
+        There the limit of jerk is the one for that, but at nodes that the cells share with others.
         """
-        rising = np.where(cells[self.cell] & (self.own | cells[self.beside]), way, 0.0)
+        both, any_of = cells[self.cell] & cells[self.beside], cells[self.cell] | cells[self.beside]
+        both, any_of = (np.where(self.own, cells[self.cell], each) for each in (both, any_of))
         for end, place in zip(self.ends, (0, -1), strict=True):
             if not end.rest:
-                rising[place] = 0.0  # the state there is given
-        rows = self.rows(rising)
-        low = np.where(rising != 0.0, 1.0, -FREE)[None]
-        rise = ModelRows(linear=np.stack(self.tip)[None] * rising / least, low=low, high=np.full(low.shape, FREE))
+                both[place] = any_of[place] = False  # the state there is given
+        rows = self.rows(way * both)
+        low = np.where(any_of, 1.0, -FREE)[None]
+        signed = np.stack(self.tip)[None] * (way * any_of / least)
+        rise = ModelRows(linear=signed, low=low, high=np.full(low.shape, FREE))
         self.free = rows.joined(rise, smooth=False)
 
     def solved_near(self, lower: BoolArray, c: Array, tolerance: float, z: Array) -> Solution | None:
@@ -184,10 +188,31 @@ class Horizon:
         c[used], z[:, at] = found.c, found.z
         return dataclasses.replace(found, c=self.problem.complete(c), z=z)
 
-    def guess(self) -> Array:
+    def solved(self, c: Array, tolerance: float, z: Array | None = None) -> Solution:
+        """The solution from coefficients c and multipliers z; see `solve`.
+
+        Where rows do not hold: by way of slower states at the ends, each from the solution before, sped up as a whole.
+        """
+        found = solve(self.problem, c, tolerance, z)
+        if found.kept or all(end.rest or end.free for end in self.ends):
+            return found
+        share, step = CALM, 1.0 / CALM
+        slow = solve(self.problem.slower(share), self.guess(share), tolerance)
+        while slow.kept and step > 1.0 + STEEPEST:
+            step = step**0.5
+            higher = min(share * step, 1.0)
+            tried = solve(self.problem.slower(higher), slow.c * (higher / share), tolerance, slow.z)
+            if tried.kept:
+                slow, share, step = tried, higher, step**2
+                if share == 1.0:
+                    return slow
+        return found
+
+    def guess(self, share: float = 1.0) -> Array:
         """Coefficients to begin with: a share of the least q is thought to be where each acts, less next to rest.
 
         From rest to rest so little of it that every row holds: a solution from there hangs less on rounding.
+        share  of q and q' at the ends
         """
         at, size = self.spline.greville(), self.spline.size
         thought = np.interp(self.spline.t, self.samples.s, self.q)
@@ -198,8 +223,8 @@ class Horizon:
                 c = np.minimum(c, 0.9 * self.problem.rows.top[place] * ramp)
             else:  # it slows down as it surely can, or as it must where only half of its q or less is possible
                 far = np.abs(self.samples.s - (self.low, self.high)[place])
-                must = (end.q - 2.0 * self.q) / np.maximum(far, TINY)
-                c = np.maximum(c, end.q - max(2.0 * self.samples.push, float(np.max(must))) * away)
+                must = (share * end.q - 2.0 * self.q) / np.maximum(far, TINY)
+                c = np.maximum(c, share * end.q - max(2.0 * self.samples.push, float(np.max(must))) * away)
         if all(end.rest for end in self.ends):
             q, slope, bend = self.problem.look(self.problem.complete(c))[0]
             v = np.sqrt(np.maximum(q, TINY))
@@ -288,7 +313,7 @@ def plan_window(
     goal = (1.0 - UNSEEN) * (1.0 - mode.spare) if exact else 1.0 + mode.tolerance
     c = window.guess()
     if conditions.limits.deceleration_jerk != conditions.limits.jerk:
-        window, c = _turned(conditions, window, c, mode, freely=like is not None)
+        window, c = _turned(conditions, window, c, mode)
     factor = np.full((3, len(window)), 1.0 - mode.spare)
     often, lower = np.zeros_like(factor), np.zeros(factor.shape, dtype=bool)
     z: Array | None = None
@@ -299,7 +324,7 @@ def plan_window(
         solution = None
         if before is not None and z is not None:  # what was over a limit is solved again near itself only
             solution = window.solved_near(lower, c, mode.tolerance, z)
-        solution = solution or solve(window.problem, c, mode.tolerance, z)
+        solution = solution or window.solved(c, mode.tolerance, z)
         c, z = solution.c, solution.z
         if k == 0 and mode.bounded:
             bound = lower_bound(conditions, window.problem, solution, low, high, mode.tolerance)
@@ -323,9 +348,7 @@ def plan_window(
     return dataclasses.replace(best, bound=bound, over=best.over * (1.0 if exact else 1.0 + UNSEEN))
 
 
-def _turned(
-    conditions: Conditions, window: Horizon, c: Array, mode: SolverSettings, *, freely: bool
-) -> tuple[Horizon, Array]:
+def _turned(conditions: Conditions, window: Horizon, c: Array, mode: SolverSettings) -> tuple[Horizon, Array]:
     """Find a window where speeding up and slowing down have two limits of jerk.
 
     Parameters
@@ -338,8 +361,6 @@ def _turned(
         Its coefficients.
     mode : SolverSettings
         How closely to plan.
-    freely : bool
-        Whether signs are first looked for under the higher limit: a state at an end may allow no lower one.
 
     Returns
     -------
@@ -351,15 +372,19 @@ def _turned(
     Notes
     -----
     Which limit holds depends on the sign of the tip's acceleration. Where it may be either the lower one does; over
-    cells that clearly have the sign of the higher one, that, and the sign is held.
+    cells that clearly have the sign of the higher one, that, and the sign is held. Where a state at an end allows no
+    lower one, signs are first looked for under the higher limit.
     """
     limits = conditions.limits
     way = 1.0 if limits.deceleration_jerk is None or limits.jerk > limits.deceleration_jerk else -1.0
     level = SLOW * window.samples.push
     for left in range(ROUNDS, 0, -1):
-        if left == ROUNDS and freely:
-            window.problem.hold(window.rows(np.full(len(window.at), way)))
-        c = solve(window.problem, c, mode.tolerance).c
+        found = solve(window.problem, c, mode.tolerance)
+        if not found.kept:
+            if left == ROUNDS:
+                window.problem.hold(window.rows(np.full(len(window.at), way)))
+            found = window.solved(window.guess(), mode.tolerance)
+        c = found.c
         y = window.problem.look(window.problem.complete(c))[0]
         slope = way * (window.tip[0] * y[0] + window.tip[1] * y[1])
         clear = np.ones(len(window), dtype=bool)

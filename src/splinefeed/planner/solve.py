@@ -152,6 +152,12 @@ class Problem:
         part.hold(self.rows.at(at))
         return part, used, at
 
+    def slower(self, share: float) -> Problem:
+        """The problem with this share of q and q' where a state gives them."""
+        slow = copy(self)
+        slow.given, slow.offset = share * self.given, share * self.offset
+        return slow
+
     def _hold(self, end: End, side: int) -> None:
         """Take the coefficients that an end decides out of the basis: q' = 4/3 q / ramp at rest, else q and q'."""
         t, n = self.spline.t, self.spline.size
