@@ -85,7 +85,8 @@ def _looked_at(
         rows = conditions.rows(flat, seen, reach=(reach[0], reach[1]), rising=signs, alone=True)
         found = rows.shares(v.ravel(), a.ravel(), j.ravel())
         good = (v >= -SAME * np.max(v)).ravel() & np.isfinite(found)
-        peaks, bound[block] = _peaks(np.where(good, found, np.inf).reshape(len(found), *s.shape))
+        shares = np.where(good, found, np.inf).reshape(len(found), *s.shape)
+        peaks, bound[block] = _peaks(shares, signs.reshape(s.shape), len(rows.jerk))
         worst[:, block] = rows.by_kind(peaks)
     return worst, bound
 
@@ -100,12 +101,17 @@ def _rising(x: Array, a: Array, v: Array) -> Array:
     return np.where(either, 0.0, sign).ravel()
 
 
-def _peaks(found: Array) -> tuple[Array, Array]:
-    """The largest of shares (k, places, n), (k, n), with what parabolas tell between places; what it is below, (n,)."""
+def _peaks(found: Array, signs: Array, jerks: int) -> tuple[Array, Array]:
+    """The largest of shares (k, places, n), (k, n), with what parabolas tell between places; what it is below, (n,).
+
+    signs (places, n) of the tip's acceleration: where they differ the limit of jerk does, and no parabola goes through
+    shares of it, which the last `jerks` are.
+    """
     below, here, above = found[:, :-2], found[:, 1:-1], found[:, 2:]
     with np.errstate(all="ignore"):
         bend = 2.0 * here - below - above
         peak = (here >= below) & (here >= above) & (bend > 0.0)
+        peak[len(peak) - jerks :] &= (signs[:-2] == signs[1:-1]) & (signs[2:] == signs[1:-1])
         rise = np.where(peak, (above - below) ** 2 / (8.0 * bend), 0.0)
         peaks = np.maximum(found.max(axis=1), np.nan_to_num(here + rise, nan=np.inf, posinf=np.inf).max(axis=1))
         return peaks, np.max(peaks + DOUBT / found.shape[1] * np.abs(bend).max(axis=1), axis=0)

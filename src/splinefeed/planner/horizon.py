@@ -74,11 +74,15 @@ class SolverSettings:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Motion over a window, a lower bound of its time, s, and the largest share of a limit in it, as a factor on q."""
+    """Motion over a window, a lower bound of its time, s, and the largest share of a limit in it, as a factor on q.
+
+    reached  share of q at ends in motion up to which a solution keeps the rows
+    """
 
     pieces: MotionPieces
     bound: float
     over: float
+    reached: float = 1.0
 
     def q(self, samples: Samples) -> Array:
         """Its q at samples (n,), mm^2/s^2, and not almost 0."""
@@ -169,7 +173,7 @@ class Horizon:
         for end, place in zip(self.ends, (0, -1), strict=True):
             if not end.rest:
                 both[place] = any_of[place] = False  # the state there is given
-        rows = self.rows(way * both)
+        rows = self.rows(np.where(both, way, 0.0))
         low = np.where(any_of, 1.0, -FREE)[None]
         signed = np.stack(self.tip)[None] * (way * any_of / least)
         rise = ModelRows(linear=signed, low=low, high=np.full(low.shape, FREE))
@@ -188,25 +192,35 @@ class Horizon:
         c[used], z[:, at] = found.c, found.z
         return dataclasses.replace(found, c=self.problem.complete(c), z=z)
 
-    def solved(self, c: Array, tolerance: float, z: Array | None = None) -> Solution:
-        """The solution from coefficients c and multipliers z; see `solve`.
+    def solved(self, c: Array, tolerance: float) -> Solution:
+        """The solution from coefficients c; see `solve`.
 
-        Where rows do not hold: by way of slower states at the ends, each from the solution before, sped up as a whole.
+        Where rows do not hold: by way of slower states at the ends, each from the solution before, sped up next to the
+        ends. `reached` is the share of q there up to which rows hold.
         """
-        found = solve(self.problem, c, tolerance, z)
+        found = solve(self.problem, c, tolerance)
         if found.kept or all(end.rest or end.free for end in self.ends):
             return found
-        share, step = CALM, 1.0 / CALM
+        share, step, near = CALM, 1.0 / CALM, self._near_ends()
         slow = solve(self.problem.slower(share), self.guess(share), tolerance)
         while slow.kept and step > 1.0 + STEEPEST:
             step = step**0.5
             higher = min(share * step, 1.0)
-            tried = solve(self.problem.slower(higher), slow.c * (higher / share), tolerance, slow.z)
+            faster = slow.c * (1.0 + (higher / share - 1.0) * near)
+            tried = solve(self.problem.slower(higher), faster, tolerance, slow.z)
             if tried.kept:
                 slow, share, step = tried, higher, step**2
                 if share == 1.0:
                     return slow
-        return found
+        return dataclasses.replace(found, reached=share if slow.kept else 0.0)
+
+    def _near_ends(self) -> Array:
+        """How much of a faster state at the ends coefficients (m,) take: less up to twice the way in which it stops."""
+        at, near = self.spline.greville(), np.zeros(self.spline.size)
+        for end, place in zip(self.ends, (self.low, self.high), strict=True):
+            if not end.rest and not end.free:
+                near = np.maximum(near, 1.0 - np.abs(at - place) * self.samples.push / end.q)
+        return near
 
     def guess(self, share: float = 1.0) -> Array:
         """Coefficients to begin with: a share of the least q is thought to be where each acts, less next to rest.
@@ -317,14 +331,16 @@ def plan_window(
     factor = np.full((3, len(window)), 1.0 - mode.spare)
     often, lower = np.zeros_like(factor), np.zeros(factor.shape, dtype=bool)
     z: Array | None = None
-    bound, before = 0.0, None
+    bound, before, reached = 0.0, None, 1.0
     found: list[Plan] = []
     for k in range(2 * ROUNDS + 1):
         window.hold(factor)
         solution = None
         if before is not None and z is not None:  # what was over a limit is solved again near itself only
             solution = window.solved_near(lower, c, mode.tolerance, z)
-        solution = solution or window.solved(c, mode.tolerance, z)
+        if solution is None:
+            solution = window.solved(c, mode.tolerance) if z is None else solve(window.problem, c, mode.tolerance, z)
+        reached = min(reached, solution.reached)
         c, z = solution.c, solution.z
         if k == 0 and mode.bounded:
             bound = lower_bound(conditions, window.problem, solution, low, high, mode.tolerance)
@@ -345,7 +361,8 @@ def plan_window(
         often += lower  # a cell that stays over what it was tightened for is so between its places: tighten it more
         factor = np.where(lower, factor / (over * (1.0 + 0.5 * mode.tolerance)) ** often, factor)
     best = min(found, key=lambda plan: (exact and plan.over > 1.0 + KEPT, plan.seconds))
-    return dataclasses.replace(best, bound=bound, over=best.over * (1.0 if exact else 1.0 + UNSEEN))
+    unseen = 1.0 if exact else 1.0 + UNSEEN
+    return dataclasses.replace(best, bound=bound, over=best.over * unseen, reached=reached)
 
 
 def _turned(conditions: Conditions, window: Horizon, c: Array, mode: SolverSettings) -> tuple[Horizon, Array]:

@@ -80,12 +80,15 @@ class Solution:
         Multipliers to go on from.
     kept : bool
         Whether every row holds.
+    reached : float
+        Share of q at ends in motion up to which every row can hold.
     """
 
     c: Array
     time: float
     z: Array
     kept: bool
+    reached: float = 1.0
 
 
 class Problem:

@@ -427,18 +427,19 @@ def _out_of_reach(
     near = RecedingHorizon(low).reach(conditions, MODES[LOOK_AHEAD], high)  # what lies behind does not matter
     length = near - low
 
-    def possible(first: State, last: State, mode: SolverSettings | None = None) -> bool:
+    def tried(first: State, last: State, mode: SolverSettings | None = None) -> Plan | None:
         begin, end = (low, near) if last.feed == 0.0 or near == high else (high - length, high)
         first, last = (first if begin == low else REST), (last if end == high else REST)
         with suppress(PlanError):
             if mode is None:
-                plan = plan_window(conditions, begin, end, first, last, MODES[LOOK_AHEAD], exact=True)
-            else:
-                plan = plan_from(conditions, begin, end, first, last, mode)
-            return plan.over <= 1.0 + KEPT
-        return False
+                return plan_window(conditions, begin, end, first, last, MODES[LOOK_AHEAD], exact=True)
+            return plan_from(conditions, begin, end, first, last, mode)
+        return None
 
-    at_end = stop.feed > 0.0 and (start.feed == 0.0 or possible(start, REST))
+    def possible(plan: Plan | None) -> bool:
+        return plan is not None and plan.over <= 1.0 + KEPT
+
+    at_end = stop.feed > 0.0 and (start.feed == 0.0 or possible(tried(start, REST)))
     given, place = (replace(stop, s=high), high) if at_end else (start, low)
     calm = State(given.feed, 0.0, given.s)
 
@@ -448,13 +449,18 @@ def _out_of_reach(
         feed, acceleration = (float(f"{each * down:.6g}") for each in (v * given.feed, a * given.acceleration))
         return State(feed, acceleration if feed > 0.0 else 0.0, given.s)
 
+    def planned(state: State, mode: SolverSettings | None = None) -> Plan | None:
+        return tried(start, state, mode) if at_end else tried(state, stop, mode)
+
     def fits(state: State, mode: SolverSettings | None = None) -> bool:
-        return state.feed == 0.0 or (possible(start, state, mode) if at_end else possible(state, stop, mode))
+        return state.feed == 0.0 or possible(planned(state, mode))
 
     whole = given.acceleration == 0.0 or not fits(calm)
     least, most = 0.0, 1.0
     if whole:
-        most = min(over_at(conditions, place, given) ** -0.5, 1.0)
+        plan = planned(given)
+        reached = plan.reached if plan is not None and plan.reached > 0.0 else 1.0
+        most = min(reached, 1.0 / over_at(conditions, place, given)) ** 0.5
     if most < 1.0 and fits(written(most)):
         least = most
     else:
