@@ -74,9 +74,18 @@ class SolverSettings:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Motion over a window, a lower bound of its time, s, and the largest share of a limit in it, as a factor on q.
+    """Motion over a window.
 
-    reached  share of q at ends in motion up to which a solution keeps the rows
+    Parameters
+    ----------
+    pieces : MotionPieces
+        The motion.
+    bound : float
+        A lower bound of its time, s.
+    over : float
+        The largest share of a limit in it, as a factor on q.
+    reached : float
+        Share of q at ends in motion up to which a solution keeps the rows.
     """
 
     pieces: MotionPieces
@@ -223,10 +232,18 @@ class Horizon:
         return near
 
     def guess(self, share: float = 1.0) -> Array:
-        """Coefficients to begin with: a share of the least q is thought to be where each acts, less next to rest.
+        """Guess coefficients to begin with, a share of the least q that is thought to be where each acts.
 
-        From rest to rest so little of it that every row holds: a solution from there hangs less on rounding.
-        share  of q and q' at the ends
+        Parameters
+        ----------
+        share : float
+            Of q and q' at the ends.
+
+        Returns
+        -------
+        (m,) array
+            Less next to rest; from rest to rest so little that every row holds: a solution from there hangs less on
+            rounding.
         """
         at, size = self.spline.greville(), self.spline.size
         thought = np.interp(self.spline.t, self.samples.s, self.q)
