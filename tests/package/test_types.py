@@ -16,7 +16,7 @@ from docs_pages import PAGES, ROOT, blocks, name
 #: Pages whose Python is not a user's program: a look into the packaging of others.
 NOT_OURS = ("docs/decisions/0001-dependencies.md",)
 #: Pages with functions that users write without annotations.
-UNTYPED = ("docs/add-a-method.md", "docs/code-overview.md", "docs/how-to/add-a-format.md")
+UNTYPED = ("docs/add-a-method.md", "docs/how-to/add-a-format.md")
 
 #: What both checkers let pass there.
 UNTYPED_HERE = """# mypy: allow-untyped-defs, allow-incomplete-defs, allow-untyped-calls
