@@ -179,7 +179,7 @@ class LookAhead:
         Raises
         ------
         CurveError
-            For other axes or a gap.
+            For other axes, a gap, or wanted times.
         LimitsError
             Where the path leaves the travel of an axis.
         """
@@ -197,7 +197,7 @@ class LookAhead:
         Raises
         ------
         CurveError
-            For other axes or a gap.
+            For other axes, a gap, or wanted times.
         LimitsError
             Where the path leaves the travel of an axis.
         """
