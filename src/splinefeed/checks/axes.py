@@ -132,9 +132,15 @@ class AxesByPlace:
         tail sum_n max|T_n^(k)| / h^k      T_n', T_n'', T_n''' <= n^2, n^2 (n^2 - 1) / 3, n^2 (n^2 - 1) (n^2 - 4) / 15
 
     over the terms above the tail, for half a cell's length h.
+
+    Parameters
+    ----------
+    track : Track
+        Positions are smooth between its `ends`, (m + 1,), mm; nothing is looked at on the other side of one.
     """
 
-    def __init__(self, track: Track, ends: Array) -> None:
+    def __init__(self, track: Track) -> None:
+        ends = np.concatenate([[0.0], track.breaks, [track.length]])
         low, high = ends[:-1], ends[1:]
         before, size = np.full(len(low), np.inf), np.zeros(len(track.axes))
         done: list[tuple[Array, ...]] = []
@@ -165,14 +171,14 @@ class AxesByPlace:
         self.first = np.searchsorted(self.low, ends[:-1])
         self.middle, self.half = self.low + half, half
         counts = np.cumsum((np.abs(series) > tail[:, None])[:, ::-1], axis=1)[:, ::-1] > 0
-        terms = np.where(counts, series, 0.0)
-        #: Series of the axes and of their derivatives, (4, terms, cells, axes), and floors, (4, cells, axes).
-        self.series = np.zeros((4, TERMS, *tail.shape))
-        for order in range(4):
-            found = chebyshev.chebder(terms, order, axis=1) if order else terms
-            self.series[order, : found.shape[1]] = np.moveaxis(found, 1, 0) / half[:, None] ** order
+        #: Series of the axes, (terms, cells, axes), and floors of them and of their derivatives, (4, cells, axes).
+        self.series = np.ascontiguousarray(np.moveaxis(np.where(counts, series, 0.0), 1, 0)[:-TAIL])
         counts |= np.arange(TERMS)[:, None] < HIDDEN + np.maximum(np.sum(counts, axis=1, keepdims=True), 2)
         self.floor = tail * np.einsum("kn,cna->kca", STEEPEST, counts) / half[:, None] ** np.arange(4)[:, None, None]
+
+    def stretch(self, s: Array) -> IntArray:
+        """The stretch between ends, (n,), that places s (n,), mm, lie on; at an end the one behind."""
+        return np.asarray(np.clip(np.searchsorted(self.ends, s, side="right") - 1, 0, len(self.first) - 1))
 
     def at(self, s: Array, stretch: IntArray) -> tuple[Array, Array]:
         """Compute the axes and their derivatives by length.
@@ -192,8 +198,13 @@ class AxesByPlace:
         last = np.append(self.first[1:], len(self.low)) - 1
         cell = np.clip(np.searchsorted(self.low, s, side="right") - 1, self.first[stretch], last[stretch])
         x = np.clip((s - self.middle[cell]) / self.half[cell], -1.0, 1.0)
-        found = [chebyshev.chebval(x[:, None], each[:, cell], tensor=False) for each in self.series]
-        return np.stack(found), self.floor[:, cell]
+        basis = np.zeros((len(self.series), 4, len(x)))
+        basis[0, 0], basis[1, 0], basis[1, 1] = 1.0, x, 1.0
+        for n in range(2, len(basis)):
+            basis[n] = 2.0 * x * basis[n - 1] - basis[n - 2]
+            basis[n, 1:] += 2.0 * np.arange(1.0, 4.0)[:, None] * basis[n - 1, :-1]
+        found = np.einsum("tkn,tna->kna", basis, self.series[:, cell])
+        return found / self.half[cell][:, None] ** np.arange(4.0)[:, None, None], self.floor[:, cell]
 
     def apart(self, track: Track) -> tuple[float, list[str]]:
         """How far what a track says of its derivatives is from these, as a share, and a sentence for each fault."""

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from splinefeed.checks.axes import AxesByPlace
 from splinefeed.checks.spans import PathSpans, SpanPlaces, spans_of
 from splinefeed.limit_table import PLACES, TICKS
 from splinefeed.paths.path import Path
@@ -69,7 +70,7 @@ class Worst:
         limits: Array | None = None,
         by: str = "setpoints",
         place: Callable[[float], float] = float,
-    ) -> None:
+    ) -> Array:
         """Record values and their rounding.
 
         Parameters
@@ -87,9 +88,14 @@ class Worst:
             "setpoints" or "law".
         place : callable, optional
             Makes of a length what the result names: the arc length of the tip.
+
+        Returns
+        -------
+        (n,) array
+            How much of the limit is used, but for rounding; -inf for nothing.
         """
         if not len(values):
-            return
+            return values
         own = np.full(len(values), self.result.limit) if limits is None else limits
         beyond = values - floor
         beyond = np.where(np.isnan(beyond), -np.inf, beyond)
@@ -101,6 +107,7 @@ class Worst:
             limit, worst, rounding, at_t, at_s = (float(each[k]) for each in (own, values, floor, t, s))
             at_s = place(at_s)
             self.result = replace(self.result, limit=limit, worst=worst, floor=rounding, at_t=at_t, at_s=at_s, by=by)
+        return share
 
 
 @dataclass
@@ -146,6 +153,11 @@ class Bounds:
     def rows(self) -> PathSpans:
         """The path, by its control points, weights and knots."""
         return spans_of(self.path)
+
+    @cached_property
+    def series(self) -> AxesByPlace | None:
+        """Axes of the track by length, from its positions alone."""
+        return None if self.track is None else AxesByPlace(self.track)
 
     @cached_property
     def feeds(self) -> Array:

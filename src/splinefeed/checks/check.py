@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from splinefeed.checks.axes import check_whole
 from splinefeed.checks.bounds import TOLERANCE, Bounds, Fault
+from splinefeed.checks.by_tick import ByTick
 from splinefeed.checks.law import check_law
 from splinefeed.checks.setpoints import Judge
 from splinefeed.errors import InputError, expect
@@ -232,10 +233,12 @@ class Check:
     resolution: float = 0.0
     law: TimeLaw | None = None
     start: State | None = None
+    by_tick: ByTick | None = None  # is told what is measured at each tick
 
     def __post_init__(self) -> None:
         self._coming: deque[Path] = deque()  # parts that the judge does not know yet
         self._track: Track | None = None  # whose axes do not carry the tip
+        self._bounds: Bounds | None = None  # the last ones
         self._axes: tuple[str, ...] = ()
         self._first_curve = 0  # that the judge knows, among those of all parts
         self._judge: Judge | None = None
@@ -256,6 +259,12 @@ class Check:
             check_whole(path, self.limits)
             self._track = path
         self._coming.append(path.tip_path)
+
+    def bounds(self, path: Path) -> Bounds:
+        """The limits on a path of the tip, made once while it stays."""
+        if self._bounds is None or self._bounds.path is not path:
+            self._bounds = Bounds(path, self.limits, self.tolerance, self.resolution, self._track)
+        return self._bounds
 
     def see(self, setpoints: Setpoints) -> None:
         """Take the next setpoints; however they are cut, blocks of BLOCK ticks are looked at, and the last tick alone.
@@ -305,9 +314,10 @@ class Check:
         self._first_curve += left
         local = replace(setpoints, curve=setpoints.curve - self._first_curve)
         if come:
-            bounds = Bounds(joined(come), self.limits, self.tolerance, self.resolution, self._track)
+            bounds = self.bounds(joined(come))
             if judge is None:
-                judge = self._judge = Judge(bounds, local, self.law, self.start or self._said_start(setpoints))
+                begins = self.start or self._said_start(setpoints)
+                judge = self._judge = Judge(bounds, local, self.law, begins, self.by_tick)
             else:
                 judge.move_on(bounds, left)
         assert judge is not None

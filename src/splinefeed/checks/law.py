@@ -7,13 +7,12 @@ polynomial piece. It is examined by itself, ends included, so that values at bre
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from splinefeed.checks.axes import AxesByPlace
 from splinefeed.checks.bounds import STEP, Bounds, Worst
 from splinefeed.checks.path_limits import TipPlaces, value_of
 from splinefeed.checks.spans import EPSILON, SpanPlaces, about
@@ -27,6 +26,7 @@ from splinefeed.records import (
     IntArray,
     LimitResult,
     Limits,
+    Setpoints,
     State,
     TimeLaw,
     unit_along,
@@ -88,15 +88,14 @@ def check_law(
     problems, notes : list of str
         One sentence each; notes name what the setpoints decide.
     """
-    rounding, track = 4.0 * EPSILON * bounds.rows.length, bounds.track
-    motion = LawMotion(law, bounds, rounding)
+    track, motion = bounds.track, LawMotion(law, bounds)
     motion.hold({name: worst for name, worst in worsts.items() if not name.startswith(BY_SETPOINTS)})
     corners = bounds.corners.s
-    times, feeds = times_at(law, corners), _least_feeds(law, corners, rounding)
+    times, jumps = motion.corner_steps(slice(None))
     for name, worst in worsts.items():
         if name.startswith(STEP):
-            jumps = feeds * bounds.corners.jumps[:, worst.column - 1]
-            worst.see(jumps, times, corners, np.zeros(len(corners)), by="law", place=bounds.place)
+            each = jumps[:, worst.column - 1]
+            worst.see(each, times, corners, np.zeros(len(corners)), by="law", place=bounds.place)
     problems, notes = _jumps(law, bounds, motion, period)
     if track is not None and motion.axes is not None:
         apart, wrong = motion.axes.apart(track)
@@ -132,7 +131,7 @@ def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitRes
     """
     bounds = Bounds(path, limits, 0.0, 0.0)
     worsts = {name: worst for name, worst in bounds.worsts().items() if name in ALONG}
-    LawMotion(law, bounds, 0.0).hold(worsts)
+    LawMotion(law, bounds).hold(worsts)
     return {name: replace(worst.result, by="law") for name, worst in worsts.items()}
 
 
@@ -216,26 +215,67 @@ def _least_feeds(law: TimeLaw, s: Array, rounding: float) -> Array:
     return np.maximum(least, 0.0)
 
 
-class LawMotion:
-    """Compares a law's motion on a path with limits; rounding: of its arc length, mm."""
+@dataclass(frozen=True, eq=False)
+class OnPath:
+    """What the path has at n places, in the order of a raveled array.
 
-    def __init__(self, law: TimeLaw, bounds: Bounds, rounding: float) -> None:
-        self.law, self.bounds, self.rounding = law, bounds, rounding
-        self.rows = bounds.rows
+    Parameters
+    ----------
+    row : (n,) int array
+        Spans of the path that they lie on.
+    at : TipPlaces
+        The places, as evaluators see them.
+    tip : tuple of (n,) arrays
+        First to third derivative of the tip's arc length by the length.
+    axes : list of (axes, n) arrays
+        First to third derivative of the axes that have limits by the length.
+    regular : (n,) bool array
+        Where C' is not 0.
+    """
+
+    row: IntArray
+    at: TipPlaces
+    tip: tuple[Array, Array, Array]
+    axes: list[Array]
+    regular: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
+class LawTicks:
+    """What a law makes of its path at n ticks, by exact derivatives.
+
+    Parameters
+    ----------
+    share : dict of (n,) arrays
+        How much is used of each limit that derivatives decide, by name; not finite next to C' = 0.
+    motion : (3, n, axes) array
+        Velocity, acceleration and jerk of the axes, mm/s^k, rotary ones rad/s^k.
+    """
+
+    share: dict[str, Array]
+    motion: Array
+
+
+class LawMotion:
+    """Compares a law's motion on a path with limits."""
+
+    def __init__(self, law: TimeLaw, bounds: Bounds) -> None:
+        self.law, self.bounds, self.rows = law, bounds, bounds.rows
+        #: Rounding of the law's arc length, mm.
+        self.rounding = 4.0 * EPSILON * bounds.rows.length
         #: Where derivatives may jump, mm, and the span of the path that begins there or before.
         self.start, self.row = self.rows.start, np.arange(len(self.rows))
-        self.axes: AxesByPlace | None = None
-        if bounds.track is not None:
-            self.start = np.union1d(self.start, bounds.track.breaks)
+        self.axes = bounds.series
+        if self.axes is not None:
+            self.start = np.union1d(self.start, self.axes.ends[1:-1])
             self.row = self.rows.at(self.start)
-            ends = np.concatenate([[0.0], bounds.track.breaks, [bounds.track.length]])
-            self.axes = AxesByPlace(bounds.track, ends)
-            middle = 0.5 * (self.start + np.append(self.start[1:], self.rows.length))
-            self.stretch = np.clip(np.searchsorted(ends, middle, side="right") - 1, 0, len(ends) - 2)
+            self.stretch = self.axes.stretch(0.5 * (self.start + np.append(self.start[1:], self.rows.length)))
         bounded = bounds.limits.axis_bounds(bounds.axes)
         #: Order and column of each limit of axes and of sums of them, and what of the axes makes each column.
         self.columns = {each: (order, k) for order, names in enumerate(bounded.names) for k, each in enumerate(names)}
         self.mix = np.vstack([np.eye(len(bounds.axes)), bounded.weights])
+        #: Whether the length is not that of the tip: what is along the path is then along that of the tip.
+        self.mixed = self.rows.tip is not self.rows
         #: Largest feed, acceleration or deceleration, and feed backwards with its t and s.
         self.top = self.steepest = 0.0
         self.backwards = (0.0, 0.0, 0.0)
@@ -266,6 +306,49 @@ class LawMotion:
                     self._look(piece[near], row[near], way[near], tau[None], {name: worsts[name]})
             tell("checking the law", start + len(piece), len(stretches[0]))
 
+    def places_of(self, setpoints: Setpoints) -> OnPath:
+        """The path at setpoints (n,), where their curve and u say."""
+        row, u = self.rows.find(setpoints.curve, setpoints.u)
+        places = SpanPlaces(self.rows, row)
+        t = places.t(u)
+        return self._on_path(places, row, t, self.rows.arc_length(row, t))
+
+    def at_ticks(self, setpoints: Setpoints, on: OnPath) -> LawTicks:
+        """How much the law uses of each limit at setpoints, which are `on` its path, by the forms that `hold` compares.
+
+        A step of velocity at a corner counts at the tick next to it.
+        """
+        piece, tau = pieces_at(self.law, setpoints.t)
+        s, v, a, j = motion_of(self.law.coefficients[piece], tau)
+        worsts = self.bounds.worsts()
+        limits = {name: np.full(len(s), worst.result.limit) for name, worst in worsts.items()}
+        names = [name for name in worsts if not name.startswith(BY_SETPOINTS)]
+        values = self._values(on, v, a, j, names)
+        slows = values["acceleration"] < 0.0
+        limits |= {"feed": self.bounds.row_feeds[on.row], "jerk": self.bounds.jerks(~slows, slows)}
+        times, jumps = self.corner_steps(slice(*np.searchsorted(self.bounds.corners.s, s[[0, -1]], side="right")))
+        tick = np.clip(np.rint((times - setpoints.t[0]) / setpoints.period).astype(np.int64), 0, len(s) - 1)
+        for name, worst in worsts.items():
+            if name.startswith(STEP):
+                values[name] = np.zeros(len(s))
+                np.maximum.at(values[name], tick, jumps[:, worst.column - 1])
+                names.append(name)
+        with np.errstate(invalid="ignore", over="ignore"):
+            motion = np.stack([each.T for each in by_time(on.axes, v, a, j)])
+            for model in self.bounds.limits.models:
+                columns = model.columns(self.bounds.axes)
+                found, most = model.along(setpoints.position[:, columns], *motion[:, :, columns])
+                values |= zip(model.names(), np.abs(found).T, strict=True)
+                limits |= zip(model.names(), most.T, strict=True)
+                names += model.names()
+            share = {name: np.maximum(values[name], 0.0) / limits[name] for name in names}
+        return LawTicks(share, motion)
+
+    def corner_steps(self, corners: slice) -> tuple[Array, Array]:
+        """When the law passes some corners, s, (k,), and by how much the velocity of each axis steps, (k, axes)."""
+        s, jumps = self.bounds.corners.s[corners], self.bounds.corners.jumps[corners]
+        return times_at(self.law, s), _least_feeds(self.law, s, self.rounding)[:, None] * jumps
+
     def _look(
         self, piece: IntArray, row: IntArray, way: Array, tau: Array, worsts: dict[str, Worst], everything: bool = False
     ) -> dict[str, tuple[Array, Array]]:
@@ -277,21 +360,20 @@ class LawMotion:
             self.steepest = max(self.steepest, float(np.max(np.abs(a))))
             k = np.unravel_index(int(np.argmin(v)), v.shape)
             self.backwards = max(self.backwards, (float(-v[k]), float(t[k]), float(s[k])))
-        mixed = self.rows.tip is not self.rows  # what is along the path is then along that of the tip
-        of_path = [name for name in worsts if mixed or name not in ALONG]
-        found = self._of_path(row, s, v, a, j, [*of_path, *["acceleration"] * mixed]) if of_path else {}
-        if mixed:
-            tip = found["acceleration"]
+        of_path = [name for name in worsts if self.mixed or name not in ALONG]
+        on = self._within(row, s) if of_path else None
+        values = self._values(on, v, a, j, worsts)
+        if self.mixed:
+            tip = values["acceleration"]
             way = np.where(np.all(tip > 0.0, axis=0), 1.0, np.where(np.all(tip < 0.0, axis=0), -1.0, 0.0))
-        regular = np.all([np.isfinite(each) for each in found.values()], axis=0)
+        regular = np.all([np.isfinite(values[name]) for name in of_path], axis=0)
         self.irregular += int(np.count_nonzero(~regular)) if everything else 0
-        values = {"feed": v, "acceleration": a, "deceleration": -a, "jerk": np.abs(j)} | found
-        values["deceleration"] = -values["acceleration"]
-        values = {name: np.where(regular, each, np.nan) if name in found else each for name, each in values.items()}
         limits = {"feed": self.bounds.row_feeds[self.row[row]], "jerk": self.bounds.jerks(way > 0, way < 0)}
         out = {}
         for name, worst in worsts.items():
             value, floor = values[name], np.zeros(s.shape)
+            if name in of_path:
+                value = np.where(regular, value, np.nan)
             limit = limits.get(name, np.full(len(row), worst.result.limit))
             out[name] = value, limit
             with np.errstate(invalid="ignore"):
@@ -312,7 +394,7 @@ class LawMotion:
         """
         least = value
         for side in (-SHIFT, SHIFT):
-            other = self._of_path(row, s + side * self.rounding, v, a, j, [name])[name]
+            other = self._values(self._within(row, s + side * self.rounding), v, a, j, [name])[name]
             least = np.where(np.isfinite(other), np.minimum(least, other), np.nan)
         if self.axes is None or name not in self.columns:
             return value - least
@@ -320,38 +402,56 @@ class LawMotion:
         own = [np.asarray(each @ np.abs(self.mix[k])) for each in floor[1:]]
         return value - least + by_time(own, np.abs(v), np.abs(a), np.abs(j))[order]
 
-    def _of_path(self, row: IntArray, s: Array, v: Array, a: Array, j: Array, names: list[str]) -> dict[str, Array]:
-        """Sizes of what the path makes of s, v, a, j (..., n) on intervals row (n,), (..., n) each; NaN next to C' = 0.
-
-        q' = r_s v,  q'' = r_ss v^2 + r_s a,  q''' = r_sss v^3 + 3 r_ss v a + r_s j
-        """
-        rows = self.rows
-        interval = np.broadcast_to(row, s.shape).ravel()
-        every = self.row[interval]
-        ahead = np.clip(s.ravel() - rows.start[every], 0.0, rows.lengths[every])
+    def _within(self, row: IntArray, s: Array) -> OnPath:
+        """The path at lengths s (..., n), mm, within intervals row (n,) or (..., n)."""
+        rows, interval = self.rows, np.broadcast_to(row, s.shape).ravel()
+        every, s = self.row[interval], s.ravel()
         places = SpanPlaces(rows, every)
-        derivatives, (_, r1, r2, r3) = places.along(rows.parameter(every, ahead), 3)
-        q = [r1, r2, r3]  # of the axes that have limits
+        t = rows.parameter(every, np.clip(s - rows.start[every], 0.0, rows.lengths[every]))
+        return self._on_path(places, every, t, s, None if self.axes is None else self.stretch[interval])
+
+    def _on_path(
+        self, places: SpanPlaces, row: IntArray, t: Array, s: Array, stretch: IntArray | None = None
+    ) -> OnPath:
+        """The path at t (n,) of places on spans (n,), which are at s (n,), mm, on stretches (n,) of a track."""
+        derivatives, r = places.along(t, 3)
+        axes = r[1:]
         if self.axes is not None:
-            q = [np.asarray(each.T) for each in self.axes.at(s.ravel(), self.stretch[interval])[0][1:]]
-        v, a, j = v.ravel(), a.ravel(), j.ravel()
+            found = self.axes.at(s, self.axes.stretch(s) if stretch is None else stretch)[0]
+            axes = [np.asarray(each.T) for each in found[1:]]
+        with np.errstate(invalid="ignore"):
+            regular = places.product(derivatives[1], derivatives[1]) > 0.0
+        return OnPath(row, TipPlaces(places, derivatives), places.tip(r), axes, regular)
+
+    def _values(self, on: OnPath | None, v: Array, a: Array, j: Array, names: Iterable[str]) -> dict[str, Array]:
+        """Sizes of what limits bound at v, a, j (..., n); those along the path always, with sign but for the jerk.
+
+        Of what the path makes they are NaN next to C' = 0; `on` is not needed where it makes none of them.
+
+        Where r is the path, dq/dt = r_s v,  d2q/dt2 = r_ss v^2 + r_s a,  d3q/dt3 = r_sss v^3 + 3 r_ss v a + r_s j
+        """
+        along, moved = (v, a, j), (v.ravel(), a.ravel(), j.ravel())
+
+        def known(value: Array) -> Array:
+            assert on is not None
+            return np.where(on.regular, value, np.nan).reshape(v.shape)
+
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            near = ~(places.product(derivatives[1], derivatives[1]) > 0.0)
-            s1, s2, s3 = places.tip([r1, r1, r2, r3])
-            at, along, of_axes = TipPlaces(places, derivatives), by_time([s1, s2, s3], v, a, j), by_time(q, v, a, j)
-            out = {}
+            feed = moved[0]
+            if on is not None and self.mixed:
+                feed, *more = by_time(on.tip, *moved)
+                along = known(feed), known(more[0]), known(more[1])
+            out = {"feed": along[0], "acceleration": along[1], "deceleration": -along[1], "jerk": np.abs(along[2])}
+            of_axes = None
             for name in names:
-                if name in ALONG:
-                    value = along[("feed", "acceleration", "jerk").index(name.replace("deceleration", "acceleration"))]
-                    if name != "jerk":
-                        out[name] = np.where(near, np.nan, value).reshape(s.shape)
-                        continue
-                elif name in self.columns:
+                if name in ALONG or on is None:
+                    continue
+                if name in self.columns:
+                    of_axes = of_axes or by_time(on.axes, *moved)
                     order, k = self.columns[name]
-                    value = self.mix[k] @ of_axes[order]
+                    out[name] = known(np.abs(self.mix[k] @ of_axes[order]))
                 else:
-                    value = value_of(name, at, along[0])
-                out[name] = np.where(near, np.nan, np.abs(value)).reshape(s.shape)
+                    out[name] = known(np.abs(value_of(name, on.at, feed)))
         return out
 
     def _stretches(self) -> tuple[Any, ...]:
@@ -422,9 +522,15 @@ def motion_of(c: Array, tau: Array, order: int = 3) -> list[Array]:
 
 def motion_at(law: TimeLaw, t: Array, order: int = 0) -> Array:
     """s, mm, or its derivative of this order at instants t (n,), s; before and behind the law as at its ends."""
+    piece, tau = pieces_at(law, t)
+    return motion_of(law.coefficients[piece], tau, order)[order]
+
+
+def pieces_at(law: TimeLaw, t: Array) -> tuple[IntArray, Array]:
+    """The piece of a law at instants t (n,), s, the one behind at a break, and the time since it began, (n,), s."""
     t = np.clip(t, 0.0, law.breaks[-1])
     piece = np.clip(np.searchsorted(law.breaks, t, side="right") - 1, 0, len(law.coefficients) - 1)
-    return motion_of(law.coefficients[piece], t - law.breaks[piece], order)[order]
+    return piece, t - law.breaks[piece]
 
 
 def bisected(before: Callable[[Array], BoolArray], low: Array, high: Array) -> Array:

@@ -18,6 +18,7 @@ import numpy as np
 
 from splinefeed.checks import between
 from splinefeed.checks.bounds import BESIDE, STEP, Bounds, Fault, contain, neighbours, standing
+from splinefeed.checks.by_tick import ByTick
 from splinefeed.checks.differences import ON_TIME, divided
 from splinefeed.checks.law import motion_at
 from splinefeed.checks.place import Located, Placer
@@ -79,8 +80,15 @@ class Judge:
     may change under way, to one that lacks parts that are behind: see `move_on`.
     """
 
-    def __init__(self, bounds: Bounds, first: Setpoints, law: TimeLaw | None, start: State | None = None) -> None:
-        self.law, self.period = law, first.period
+    def __init__(
+        self,
+        bounds: Bounds,
+        first: Setpoints,
+        law: TimeLaw | None,
+        start: State | None = None,
+        by_tick: ByTick | None = None,
+    ) -> None:
+        self.law, self.period, self.by_tick = law, first.period, by_tick
         self.begins, self.start = start, start or State(feed=bounds.limits.start_feed)
         self._of_tip_at_start = start is None or bounds.rows.tip is bounds.rows  # whether its feed is the tip's
         if bounds.track is not None and np.isnan(first.u).any():
@@ -99,6 +107,8 @@ class Judge:
         self.alone: list[float] = []  # where the curves begin on which rotary axes move alone, mm
         self._know(bounds)
         axes = len(first.axes)
+        if by_tick is not None:  # travel bounds where the path lies, not how fast it is driven
+            by_tick.begin(tuple(name for name in self.worst if not name.startswith("travel.")), axes, TAIL)
         self._least, self._greatest = np.full(axes, np.inf), np.full(axes, -np.inf)  # positions so far
         self.own = None if bounds.track is None else axes_check(bounds.track, self.rows, self._placer)
         self._tail: CheckedTicks | None = None  # the last ticks
@@ -162,12 +172,17 @@ class Judge:
                 self._fault("period", wrong, crept, t[-1:], new.s[-1:], tick=self.ticks - 1)
             if limits.end_feed == 0.0:
                 self._measure(new.stand(self.period), last)
+        if self.by_tick is not None:
+            self.by_tick.final = self.ticks if last else self.ticks - TAIL
 
     def _measure(self, new: CheckedTicks, last: bool) -> None:
         bounds = self.bounds
         known = new if self._tail is None else self._tail.joined(new)
         count = len(known.t)
         n = min(len(new.t), count - 1)  # steps that end at new ticks; before a start in motion nothing is known
+        first = self.ticks + len(new.t) - count  # tick that `known` begins with
+        if self.by_tick is not None:
+            self.by_tick.grow(first + count)
         travelled, most = self.rows.steps(known.row, known.ahead), None
         row, ahead, of_tip = self._of_tip(known, travelled)
         if bounds.path.feeds is not None:
@@ -183,23 +198,35 @@ class Judge:
         rounding = np.concatenate([rounding, np.abs(bounds.weights) @ rounding[1:], rounding[:1]])
         errors = np.where(known.still[1:] | known.still[:-1], 0.0, rounding[:, :-1] + rounding[:, 1:])
         if self.short is None:
-            self._see_models(known, rounding, len(new.t))
+            self._see_models(known, first, rounding, len(new.t))
         if not new.still[0]:
-            self._chords(known.part(count - n - 1, count), of_tip[count - n - 1 :], errors[:, count - n - 1 :])
+            begin = count - n - 1
+            self._chords(known.part(begin, count), first + begin, of_tip[begin:], errors[:, begin:])
             self._follow_law(known, travelled, n)
             for axis, (low, high) in bounds.limits.travel_of(bounds.axes).items():
                 k = bounds.axes.index(axis)
                 away = np.abs(new.values[k] - 0.5 * (low + high))
-                self._see(f"travel.{axis}", away, new.t, new.s, rounding[k + 1, count - len(new.t) :])
+                self._see(f"travel.{axis}", away, self.ticks, new.t, new.s, rounding[k + 1, count - len(new.t) :])
         if count > 1:
-            self._differences(known, steps, errors, None if most is None else most[-n:], n, last)
+            self._differences(known, first, steps, errors, None if most is None else most[-n:], n, last)
         self.ticks += 0 if new.still[0] else len(new.t)
         self._tail = known.part(max(count - TAIL, 0), count)
 
-    def _see(self, name: str, values: Array, t: Array, s: Array, floor: Array, limits: Array | None = None) -> None:
-        """Compare a limit, if it is given, with values (n,); see `Worst.see`."""
+    def _see(
+        self,
+        name: str,
+        values: Array,
+        tick: int | IntArray,
+        t: Array,
+        s: Array,
+        floor: Array,
+        limits: Array | None = None,
+    ) -> None:
+        """Compare a limit, if it is given, with values (n,) at ticks (n,), or from one on; see `Worst.see`."""
         if (worst := self.worst.get(name)) is not None:
-            worst.see(values, t, s, floor, limits, place=self._place)
+            share = worst.see(values, t, s, floor, limits, place=self._place)
+            if self.by_tick is not None:
+                self.by_tick.see(name, tick, share)
 
     def _place(self, s: float) -> float:
         """Arc length of the tip from the start of the motion, mm, at a length s of the path, mm."""
@@ -313,38 +340,39 @@ class Judge:
 
     # --- steps -------------------------------------------------------------------------------------------------------
 
-    def _chords(self, ticks: CheckedTicks, travelled: Array, errors: Array) -> None:
+    def _chords(self, ticks: CheckedTicks, first: int, travelled: Array, errors: Array) -> None:
         linear, t, s = self.bounds.path.linear, ticks.t[:-1], ticks.s[:-1]
         if self.own is not None:
             found = self.own.chords(ticks.values, ticks.s)
             for name, (error, rounding) in zip(("chord_error", "orientation_error"), found, strict=True):
-                self._see(name, error, t, s, np.full(len(error), rounding))
+                self._see(name, error, first, t, s, np.full(len(error), rounding))
         elif (worst := self.worst.get("chord_error")) is not None:
             error = between.chord_errors(self.rows, ticks.row, ticks.u, ticks.position, worth=worst.result.limit)
-            self._see("chord_error", error, t, s, 2.0 * np.max(errors[1 : 1 + linear], axis=0, initial=0.0))
+            self._see("chord_error", error, first, t, s, 2.0 * np.max(errors[1 : 1 + linear], axis=0, initial=0.0))
         for name in self.bounds.limits.given(PLACES):
             # somewhere within the step the feed was its mean: what the least of the places there makes is a safe bound
             with np.errstate(invalid="ignore", divide="ignore"):
                 feed = np.abs(travelled) / ticks.dt[1:]
                 least = between.least_values(name, self.rows, ticks.row, ticks.u, feed)
                 share = np.where(feed > 0.0, errors[0] / ticks.dt[1:] / feed, 0.0)
-                self._see(name, least, t, s, KINDS[name].power * share * least)
+                self._see(name, least, first, t, s, KINDS[name].power * share * least)
 
-    def _see_models(self, known: CheckedTicks, rounding: Array, n: int) -> None:
+    def _see_models(self, known: CheckedTicks, first: int, rounding: Array, n: int) -> None:
         """What models give by differences that end at the last n ticks."""
         for model in self.bounds.limits.models:
             span, count = model.span, len(known.t)
-            ticks = known.part(max(count - n - span + 1, 0), count)
+            begin = max(count - n - span + 1, 0)
+            ticks = known.part(begin, count)
             if len(ticks.t) < span:
                 continue
             columns = model.columns(self.bounds.axes)
             rounded = np.max(rounding[1:, -len(ticks.t) :][columns], axis=1)
             position = ticks.values[columns].T
             found, most = model.seen(position, self.period)
-            floor, first = model.rounding(position, self.period, rounded), (span - 1) // 2
-            at = slice(first, first + len(found))
+            floor, middle = model.rounding(position, self.period, rounded), (span - 1) // 2
+            at, tick = slice(middle, middle + len(found)), first + begin + middle
             for k, name in enumerate(model.names()):
-                self._see(name, np.abs(found[:, k]), ticks.t[at], ticks.s[at], floor[:, k], most[:, k])
+                self._see(name, np.abs(found[:, k]), tick, ticks.t[at], ticks.s[at], floor[:, k], most[:, k])
 
     def _follow_law(self, known: CheckedTicks, travelled: Array, n: int) -> None:
         if self.law is None:
@@ -357,12 +385,13 @@ class Judge:
         self.ripple = max(self.ripple, float(np.fmax.reduce(ripple, initial=0.0)))
 
     def _differences(
-        self, known: CheckedTicks, steps: Array, errors: Array, feeds: Array | None, n: int, last: bool
+        self, known: CheckedTicks, first: int, steps: Array, errors: Array, feeds: Array | None, n: int, last: bool
     ) -> None:
         """Feed, acceleration and jerk of path and axes over the last n of steps (1 + axes + 1, m), the last of the tip.
 
-        errors (1 + axes + 1, m): the rounding of the steps; feeds (n,): the limit of the feed over each, mm/s, if it
-        changes. What spans several steps is placed at the start of the last one.
+        first: tick of the first step; errors (1 + axes + 1, m): the rounding of the steps; feeds (n,): the limit of the
+        feed over each, mm/s, if it changes. What spans several steps is placed at the start of the last one; by ticks
+        it is that of the tick in its middle, or before.
         """
         dt, limits, corners = known.dt[1:], self.bounds.limits, self.bounds.corners.s
         t, begin, end = known.t[:-1], known.s[:-1], known.s[1:]
@@ -376,25 +405,36 @@ class Judge:
         if len(corners):
             open_end = last and limits.end_feed > 0.0  # of what comes then only the feed is known
             within = slice(max(len(v) - n - BESIDE, 1), len(v) - (1 if open_end else BESIDE))
-            self._corner_steps(v, floors[0][0], t, begin, end, within)
+            self._corner_steps(v, first, floors[0][0], t, begin, end, within)
         if self.start.feed > 0.0 and not self.ticks and self._of_tip_at_start:
-            self._edge(feed[0], floors[0][0, 0], dt[0], self.start.feed, known.t[:1], known.s[:1])
+            self._edge(feed[0], floors[0][0, 0], dt[0], self.start.feed, 0, known.t[:1], known.s[:1])
         if limits.end_feed > 0.0 and last:
-            self._edge(-feed[-1], floors[0][0, -1], dt[-1], -limits.end_feed, known.t[-1:], known.s[-1:])
+            self._edge(-feed[-1], floors[0][0, -1], dt[-1], -limits.end_feed, self.ticks, known.t[-1:], known.s[-1:])
+        newest: list[slice] = []
+        ticks: list[int] = []
+        for ahead, each in enumerate(values):
+            new = slice(max(len(each[0]) - n, 0), len(each[0]))
+            newest.append(new)
+            ticks.append(first + new.start + ahead - ahead // 2)
+            if len(corners) and ahead:  # what straddles a corner is that corner's step
+                each[1:-1, new][:, contain(corners, begin[new], end[ahead:][new])] = np.nan
+            if self.by_tick is not None:
+                self.by_tick.moved(ahead + 1, ticks[ahead], each[1 : 1 + len(known.values), new])
         for name, worst in self.worst.items():
-            order, column = worst.order, worst.column or -1
-            if order == 0:
+            ahead, column = worst.order - 1, worst.column or -1
+            if ahead < 0:
                 continue
-            count = len(dt) - order + 1
-            new, ahead = slice(max(count - n, 0), count), order - 1
-            each, of_place = values[ahead][column, new], {"feed": feeds, "jerk": jerks[new]}
+            new, at = newest[ahead], slice(newest[ahead].start + ahead, None)
+            of_place = {"feed": feeds, "jerk": jerks[newest[2]]}
+            each = values[ahead][column, new]
             if name != "acceleration":
                 each = -each if name == "deceleration" else np.abs(each)
-            if len(corners) and worst.column and ahead:  # what straddles a corner is that corner's step
-                each = np.where(contain(corners, begin[new], end[ahead:][new]), np.nan, each)
-            self._see(name, each, t[ahead:][new], begin[ahead:][new], floors[ahead][column, new], of_place.get(name))
+            floor = floors[ahead][column, new]
+            self._see(name, each, ticks[ahead], t[at], begin[at], floor, of_place.get(name))
 
-    def _corner_steps(self, v: Array, floors: Array, t: Array, begin: Array, end: Array, within: slice) -> None:
+    def _corner_steps(
+        self, v: Array, first: int, floors: Array, t: Array, begin: Array, end: Array, within: slice
+    ) -> None:
         """Jump of each axis' velocity at the corners `within` some steps; the rest as in `_differences`."""
         corners = self.bounds.corners
         low, high = (np.searchsorted(corners.s, each[within], side="right") for each in (begin, end))
@@ -408,7 +448,7 @@ class Judge:
         for name, worst in self.worst.items():
             if name.startswith(STEP):
                 jump = corners.jumps[k, worst.column - 1]
-                self._see(name, feed * jump, t[i], s, floor * jump)
+                self._see(name, feed * jump, first + i, t[i], s, floor * jump)
 
     def _check_steps(self, d: Array, tip: Array, floor: Array, t: Array, s: Array, n: int) -> None:
         """Progress: no step back, none skipped, none repeated.
@@ -435,11 +475,11 @@ class Judge:
         self._fault("skipped", skipped, here, t[1:-1], s[1:-1], tick=tick + 1)
         self._fault("twice", twice, near, t[1:-1], s[1:-1], tick=tick + 1)
 
-    def _edge(self, v: float, floor: float, dt: float, feed: float, t: Array, s: Array) -> None:
+    def _edge(self, v: float, floor: float, dt: float, feed: float, tick: int, t: Array, s: Array) -> None:
         """Acceleration from a feed at an end, the mean over one step weighted to it; v and feed < 0 at the last one."""
         a, rounding = np.array([2.0 * (v - feed) / dt]), np.array([2.0 * floor / dt])
-        self._see("acceleration", a, t, s, rounding)
-        self._see("deceleration", -a, t, s, rounding)
+        self._see("acceleration", a, tick, t, s, rounding)
+        self._see("deceleration", -a, tick, t, s, rounding)
 
     @property
     def duration(self) -> float:

@@ -25,7 +25,7 @@ class ChordError(Measure):
     def feed(self, chunk: Chunk) -> None:
         """Measure the steps that begin at ticks of a chunk."""
         if chunk.path.carries_tip:
-            errors = chord_errors(chunk.around, chunk.path.tip_path)
+            errors = chord_errors(chunk.around, chunk.path.tip_path, worth=np.inf)
             self.largest = max(self.largest, float(np.max(errors[chunk.inner], initial=0.0)))
 
     def numbers(self, verdict: Verdict) -> dict[str, Any]:

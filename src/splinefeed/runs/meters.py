@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -9,12 +10,16 @@ from typing import Any
 import numpy as np
 
 from splinefeed.analysis.bands import Band
-from splinefeed.analysis.measures import AxisMotion, LimitUse, TipMotion, limit_use
+from splinefeed.analysis.measures import AxisMotion, LimitUse, TipMotion, maximum_velocity
 from splinefeed.analysis.thinning import Kept
+from splinefeed.checks.by_tick import ByTick
 from splinefeed.checks.check import Check
+from splinefeed.checks.law import LawMotion, LawTicks, OnPath
+from splinefeed.checks.path_limits import EVALUATORS
 from splinefeed.formats.setpoints import Writer
+from splinefeed.limit_table import PLACES
 from splinefeed.machine.machine import Machine
-from splinefeed.records import Array, IntArray, Limits, Setpoints, Verdict
+from splinefeed.records import Array, IntArray, Setpoints, Verdict
 from splinefeed.runs.fold import Chunk, Meter
 from splinefeed.runs.following import Servo
 
@@ -22,18 +27,22 @@ from splinefeed.runs.following import Servo
 MOTION = ("velocity", "acceleration", "jerk")
 
 
-class UseMeter(Meter):
-    """Measure what axes do and how much of each limit that uses, at the ticks that figures need: all, or every peak.
+class CheckMeter(Meter):
+    """Check a motion, and measure what it does at the ticks that figures need: all, or every peak.
+
+    The check reads the setpoints alone; whoever reads a path in parts gives the check its parts.
 
     Parameters
     ----------
-    limits : Limits
+    check : Check
         Of the motion.
     rows : Kept
         What keeps these ticks.
 
     Attributes
     ----------
+    verdict : Verdict
+        Of the check.
     kept : Setpoints
         The setpoints there.
     motion, use, tip : AxisMotion, LimitUse, TipMotion
@@ -43,41 +52,67 @@ class UseMeter(Meter):
         `top`, and by axis or limit `position`, `velocity`, `acceleration`, `jerk`, `share`.
     """
 
+    verdict: Verdict
     kept: Setpoints
     motion: AxisMotion
     use: LimitUse
     tip: TipMotion
     bands: dict[str, Band]
 
-    def __init__(self, limits: Limits, rows: Kept) -> None:
-        self._limits, self._rows = limits, rows
-        self._names: tuple[str, ...] = ()
-        self._bound: IntArray = np.zeros(0, dtype=np.int64)
+    def __init__(self, check: Check, rows: Kept) -> None:
+        self._check, self._rows = check, rows
+        self._seen = check.by_tick = ByTick()
+        self._waiting: deque[tuple[Chunk, LawTicks, Array]] = deque()  # for what the check says of the last ticks
+        self._done = 0
+        self._bound: IntArray = np.zeros(1, dtype=np.int64)
         self._last: Setpoints
 
     def feed(self, chunk: Chunk) -> None:
-        """Measure the ticks of a chunk, and keep those that figures need."""
-        inner, own, around = chunk.inner, chunk.own, chunk.around
-        motion, use = limit_use(around, chunk.path, chunk.law, self._limits)
-        counts = np.bincount(use.binding[inner] + 1, minlength=len(use.names) + 1)
-        self._bound = self._bound + counts if self._names else counts
-        self._names, self._last = use.names, own
-        columns = own.columns | {name: getattr(motion, name)[inner] for name in MOTION}
-        columns |= {"share": use.share[inner], "top": use.top[inner]}
-        tip = _of_tip(chunk, around.t[inner])
-        columns |= {"along": tip[:, 2:]}
-        quantities = {"tip": tip, **{name: columns[name] for name in ("feed", "top", "position", "share", *MOTION)}}
-        self._rows.see(columns, quantities, {} if self._rows.whole else {"tip": _between(chunk, tip)})
+        """Check the ticks of a chunk."""
+        law = LawMotion(chunk.law, self._check.bounds(chunk.path.tip_path))
+        on = law.places_of(chunk.around)
+        self._waiting.append((chunk, law.at_ticks(chunk.around, on), self._top(chunk, on)))
+        self._check.see(chunk.own)
+        self._keep()
+
+    def _top(self, chunk: Chunk, on: OnPath) -> Array:
+        """The maximum-velocity curve at the ticks of a chunk, (n,), mm/s."""
+        path, limits, chord = chunk.path, self._check.limits, on.at.curvature
+        if limits.chord_error is not None and not path.carries_tip:
+            left = path.between_ticks(path.derivatives(path.tip_path.lengths_of(chunk.around)))[0]
+            chord = chord if left is None else left
+        slow = {name: EVALUATORS[name](on.at) for name in limits.given(PLACES)}
+        feed, (first, second, _) = self._check.bounds(path.tip_path).row_feeds[on.row], on.axes
+        top = maximum_velocity(first.T, second.T, slow, chord, path.axes, limits, feed, chunk.own.period, on.tip[:2])
+        return top[chunk.inner]
+
+    def _keep(self) -> None:
+        """Keep what is known for good of ticks that figures need."""
+        while self._waiting and self._done + len(self._waiting[0][0].own) <= self._seen.final:
+            chunk, law, top = self._waiting.popleft()
+            self._last, names = chunk.own, self._seen.names
+            self._done += len(self._last)
+            share, motion = self._seen.take(law, chunk.inner)
+            use = LimitUse(names, self._last.t, self._last.s, share, top, self._bound)
+            counts = np.bincount(use.binding + 1, minlength=len(names) + 1)
+            self._bound = self._bound + counts
+            columns = self._last.columns | dict(zip(MOTION, motion, strict=True)) | {"share": share, "top": top}
+            tip = _of_tip(chunk, chunk.around.t[chunk.inner])
+            columns |= {"along": tip[:, 2:]}
+            quantities = {"tip": tip, **{name: columns[name] for name in ("feed", "top", "position", "share", *MOTION)}}
+            self._rows.see(columns, quantities, {} if self._rows.whole else {"tip": _between(chunk, tip)})
 
     def finish(self) -> None:
-        """Make records of what is kept."""
+        """Make the verdict, and records of what is kept."""
+        self.verdict = self._check.verdict()
+        self._keep()
         of, self.bands = self._rows.take, self._rows.bands()
         along = of("along")
         said: dict[str, Any] = {name: of(name) for name in self._last.columns}
         self.kept = replace(self._last, **said)
         self.motion = AxisMotion(self.kept.t, *map(of, MOTION))
         self.tip = TipMotion(self.kept.t, *along.T)
-        self.use = LimitUse(self._names, self.kept.t, self.kept.s, of("share"), of("top"), self._bound)
+        self.use = LimitUse(self._seen.names, self.kept.t, self.kept.s, of("share"), of("top"), self._bound)
 
 
 def _of_tip(chunk: Chunk, t: Array) -> Array:
@@ -100,23 +135,6 @@ def _between(chunk: Chunk, tip: Array) -> tuple[Array, Array]:
         np.fmin.at(low, tick, side)
         np.fmax.at(high, tick, side)
     return low, high
-
-
-class CheckMeter(Meter):
-    """The verdict of the check, which reads the setpoints alone; whoever reads the path gives the check its parts."""
-
-    verdict: Verdict
-
-    def __init__(self, check: Check) -> None:
-        self._check = check
-
-    def feed(self, chunk: Chunk) -> None:
-        """Check the ticks of a chunk."""
-        self._check.see(chunk.own)
-
-    def finish(self) -> None:
-        """Make the verdict."""
-        self.verdict = self._check.verdict()
 
 
 class ServoMeter(Meter):

@@ -60,7 +60,7 @@ class Run:
     remarks : tuple of str
         What was left out of the run, one sentence each.
     bands : mapping of str to Band
-        The least and the greatest of what figures show over time where ticks are left out; see `UseMeter`.
+        The least and the greatest of what figures show over time where ticks are left out; see `CheckMeter`.
 
     Notes
     -----

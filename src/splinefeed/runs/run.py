@@ -28,7 +28,7 @@ from splinefeed.runs.fold import CHUNK, Chunk, Meter, fold, on_one_path
 from splinefeed.runs.long_path import METHOD, PartReader, windows
 from splinefeed.runs.measure import MeasuredRun
 from splinefeed.runs.measures import MEASURES
-from splinefeed.runs.meters import CheckMeter, ServoMeter, UseMeter
+from splinefeed.runs.meters import CheckMeter, ServoMeter
 from splinefeed.runs.result import MOST_TICKS, Run
 from splinefeed.runs.settings import PAPER_LIMITS, PAPER_PERIOD
 from splinefeed.telling import Listener, listening, tell
@@ -334,19 +334,19 @@ def _folded(
         What was made and measured.
     """
     limits, keep = check.limits, partial(Kept, most)
-    use, checked = UseMeter(limits, keep()), CheckMeter(check)
+    checked = CheckMeter(check, keep())
     measures = tuple(make(MeasuredRun(limits, keep, top)) for make in MEASURES)
     servo = None if machine is None else ServoMeter(machine, keep(), responses)
-    ticks = fold(chunks, [use, *measures, checked, *([] if servo is None else [servo]), *meters])
-    bands = [use.bands, *(each.bands for each in measures), *([] if servo is None else [servo.servo.bands])]
+    ticks = fold(chunks, [checked, *measures, *([] if servo is None else [servo]), *meters])
+    bands = [checked.bands, *(each.bands for each in measures), *([] if servo is None else [servo.servo.bands])]
     return Run(
-        path=path_of(use.kept),
+        path=path_of(checked.kept),
         limits=limits,
         ticks=ticks,
-        kept=use.kept,
-        motion=use.motion,
-        use=use.use,
-        tip=use.tip,
+        kept=checked.kept,
+        motion=checked.motion,
+        use=checked.use,
+        tip=checked.tip,
         verdict=checked.verdict,
         measures=measures,
         served=None if servo is None else servo.servo,
