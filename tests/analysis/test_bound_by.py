@@ -10,7 +10,8 @@ import pytest
 
 import splinefeed as sf
 from docs_pages import ROOT
-from splinefeed.analysis.measures import limit_use, maximum_velocity
+from splinefeed.analysis.measures import maximum_velocity
+from splinefeed.checks import check
 from splinefeed.cli import options
 from splinefeed.curves.differential import by_arc_length, curvatures
 from splinefeed.limit_table import (
@@ -32,6 +33,7 @@ from splinefeed.limit_table import (
 from splinefeed.machine import limits_toml
 from splinefeed.reports.path_figures import COLOURS
 from splinefeed.reports.svg import to_text
+from splinefeed.runs import run as runs
 
 PERIOD = 1e-3
 
@@ -89,7 +91,7 @@ def test_the_maximum_velocity_curve_is_lower_under_a_combination():
     curve, u = path.locate(np.array([0.3 * path.length]))
     derivatives = path.evaluate(curve, u, 3)
     d, kappa = by_arc_length(derivatives), curvatures(derivatives)
-    top = maximum_velocity(d, {}, kappa, path.axes, tight, np.full(1, 1e3), PERIOD)
+    top = maximum_velocity(d[:, 1], d[:, 2], {}, kappa, path.axes, tight, np.full(1, 1e3), PERIOD)
     assert top == pytest.approx(30.0 / abs(d[0, 1].sum()), rel=1e-12)
 
 
@@ -128,15 +130,40 @@ def test_a_velocity_step_beside_a_rotary_axis_is_that_of_the_setpoints():
         assert share[tick] == pytest.approx(seen, abs=5.0 * PERIOD * values[axis] / steps[axis])
 
 
-def test_parts_of_a_motion_have_the_use_of_the_whole():
-    path = sf.Path.polyline(np.array([[0.0, 0.0], [30.0, 0.0], [60.0, 10.0], [80.0, 0.0]]), ("x", "y"))
-    limits = sf.Limits(feed=60.0, axis_acceleration=500.0, axis_jerk=2e4, axis_velocity_step=8.0)
-    law = sf.plan(path, limits, period=PERIOD)
-    points = sf.interpolate(path, law)
-    whole = limit_use(points, path, law, limits)[1]
-    half = len(points) // 2
-    parts = [limit_use(points.part(*ends), path, law, limits)[1] for ends in ((0, half), (half, len(points)))]
-    np.testing.assert_allclose(np.concatenate([each.share for each in parts]), whole.share, rtol=1e-9, atol=1e-12)
+@pytest.mark.parametrize(("chunk", "block"), [(97, 16384), (16384, 61), (100, 33), (7, 5), (2, 1)])
+def test_chunks_of_a_motion_have_the_use_of_the_whole(monkeypatch, chunk, block):
+    """However a motion is cut, for the meters and for the check, shares and motion of each tick are the same."""
+    path = sf.Path.polyline(np.array([[0.0, 0.0], [3.0, 0.0], [6.0, 1.0], [8.0, 0.0]]), ("x", "y"))
+    limits = sf.Limits(feed=60.0, axis_acceleration=500.0, axis_jerk=2e4, axis_velocity_step=8.0, chord_error=1e-2)
+    whole = sf.run(path, limits)
+    monkeypatch.setattr(runs, "CHUNK", chunk)
+    monkeypatch.setattr(check, "BLOCK", block)
+    parts = sf.run(path, limits)
+    assert parts.use.names == whole.use.names
+    np.testing.assert_allclose(parts.use.share, whole.use.share, rtol=1e-9, atol=1e-12)
+    assert np.array_equal(parts.use.counts, whole.use.counts)
+    for name in ("velocity", "acceleration", "jerk"):
+        np.testing.assert_allclose(getattr(parts.motion, name), getattr(whole.motion, name), rtol=1e-9, atol=1e-6)
+
+
+def test_what_differences_take_beyond_derivatives_is_used():
+    """A line runs into an arc: there the curvature jumps, and the drive sees about v^2 / (2 r T)."""
+    arc = sf.NurbsCurve(2, [0, 0, 0, 1, 1, 1], [[20.0, 0], [30, 0], [30, 10]], [1, np.sqrt(0.5), 1])
+    path = sf.Path([sf.NurbsCurve.bezier([[0.0, 0], [20, 0]]), arc])
+    law = sf.plan(path, sf.Limits(feed=60.0, acceleration=800.0, jerk=15000.0), period=PERIOD)
+    run = sf.run(path, sf.Limits(feed=60.0, acceleration=800.0, jerk=15000.0, axis_jerk=1e6), law=law)
+    share = run.use.share[:, run.use.names.index("axis_jerk.y")]
+    assert share.max() == pytest.approx(run.verdict.limits["axis_jerk.y"].share, rel=1e-9)
+    assert share.max() > 0.3 * 60.0**2 / 10.0 / PERIOD / 1e6
+    assert abs(run.kept.s[int(np.argmax(share))] - 20.0) < 2.0 * 60.0 * PERIOD
+
+
+def test_travel_binds_no_time():
+    path = sf.Path.polyline(np.array([[0.0, 0.0], [50.0, 0.0]]), ("x", "y"))
+    ends = {"axis_minimum": {"x": 0.0}, "axis_maximum": {"x": 50.0}}
+    run = sf.run(path, sf.Limits(feed=60.0, axis_acceleration=500.0, axis_jerk=2e4, **ends))
+    assert run.verdict.limits["travel.x"].share == pytest.approx(1.0)
+    assert not any("travel" in name for name in run.use.names)
 
 
 # --- the table ----------------------------------------------------------------------------------------------------

@@ -12,7 +12,8 @@ from scipy.integrate import quad
 import motions
 import splinefeed as sf
 from splinefeed.analysis import measures
-from splinefeed.checks.law import limits_along
+from splinefeed.checks.bounds import Bounds
+from splinefeed.checks.law import LawMotion, limits_along
 from splinefeed.checks.spans import PathSpans
 
 
@@ -151,19 +152,20 @@ def test_chord_error_over_a_corner_is_the_corner():
     assert measures.chord_errors(points, path)[across] == pytest.approx(away, rel=1e-12)
 
 
-def test_axis_motion_agrees_with_differences():
-    path = motions.smooth()
-    law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), period=1e-4)
-    points = sf.interpolate(path, law)
-    exact = measures.limit_use(points, path, law, sf.Limits(feed=60))[0]
-    inside = slice(5, -5)
-    seen = [each for each, _ in measures.differences(points, np.zeros(0), (False, False))]
-    for values, each in zip((exact.velocity, exact.acceleration), seen, strict=False):
-        assert each[inside] == pytest.approx(values[inside], abs=3e-3 * np.max(np.abs(values)))
-    smooth_jerk = np.abs(np.diff(law.jerk(points.t), prepend=0)) < 1
+def test_axis_motion_is_differences_of_setpoints_and_agrees_with_the_law():
+    path, limits = motions.smooth(), sf.Limits(feed=60, acceleration=500, jerk=20000)
+    run = sf.run(path, limits, law=sf.plan(path, limits, period=1e-4), period=1e-4)
+    points, law = run.points, LawMotion(run.law, Bounds(path, limits, 0.0, 0.0))
+    exact = law.at_ticks(points, law.places_of(points)).motion
+    motion, inside, at = (run.motion.velocity, run.motion.acceleration, run.motion.jerk), slice(5, -5), points.position
+    for order, found in enumerate(motion, start=1):
+        seen, first = np.diff(at, n=order, axis=0) / 1e-4**order, order // 2
+        assert found[first : first + len(seen)][:-3] == pytest.approx(seen[:-3], abs=1e-9 * np.max(np.abs(seen)))
+    for found, each in zip(motion[:2], exact, strict=False):
+        assert found[inside] == pytest.approx(each[inside], abs=3e-3 * np.max(np.abs(each)))
+    smooth_jerk = np.abs(np.diff(run.law.jerk(points.t), prepend=0)) < 1
     both = np.convolve(smooth_jerk, np.ones(9), "same")[inside] > 8.5
-    third = seen[2][inside][both]
-    assert third == pytest.approx(exact.jerk[inside][both], abs=2e-2 * np.max(np.abs(exact.jerk)))
+    assert motion[2][inside][both] == pytest.approx(exact[2][inside][both], abs=2e-2 * np.max(np.abs(exact[2])))
 
 
 @pytest.mark.parametrize("jerk", [15000, np.inf])
@@ -188,11 +190,11 @@ def test_axis_peaks_are_what_the_setpoints_do_where_curvature_jumps(jerk):
 
 def test_axis_motion_where_the_derivative_vanishes():
     path = sf.Path([sf.NurbsCurve.bezier([[0, 0], [0, 0], [30, 20], [30, 20]])])
-    law = sf.plan(path, sf.Limits(feed=60, acceleration=500, jerk=20000), period=1e-3)
-    points = sf.interpolate(path, law)
-    exact = measures.limit_use(points, path, law, sf.Limits(feed=60))[0]
-    assert np.all(np.isfinite(exact.jerk))
-    assert np.all(np.isfinite(exact.acceleration))
+    limits = sf.Limits(feed=60, acceleration=500, jerk=20000)
+    law = sf.plan(path, limits, period=1e-3)
+    run = sf.run(path, dataclasses.replace(limits, axis_jerk=1e6), law=law)
+    for each in (run.motion.velocity, run.motion.acceleration, run.motion.jerk, run.use.share):
+        assert np.all(np.isfinite(each))
 
 
 def test_the_nose_of_the_papers_airfoil_asks_thirty_times_the_papers_acceleration():
@@ -226,12 +228,14 @@ def test_shares_find_a_law_over_its_limits():
         assert limits_along(law, path, tight)["jerk"].share == pytest.approx(2.0, rel=1e-9)
 
 
-def test_differences_of_few_points():
+def test_measures_of_two_points():
     path = motions.smooth()
     law = motions.constant(path, path.length)
     points = sf.interpolate(path, law, period=1.0)
     assert len(points) == 2
-    for values, rounding in measures.differences(points, np.zeros(0), (False, False)):
-        assert values.shape == (2, 2)
-        assert rounding.shape == (2, 1)
+    limits = sf.Limits(feed=path.length, start_feed=path.length, end_feed=path.length)
+    run = sf.run(path, limits, law=law, period=1.0)
+    assert run.motion.velocity[0] == pytest.approx(np.diff(points.position, axis=0)[0])
+    assert run.motion.jerk.shape == (2, 2)
+    assert run.use.share[:, run.use.names.index("feed")] == pytest.approx([1.0, 1.0])
     assert measures.chord_errors(points, path).shape == (1,)

@@ -118,8 +118,8 @@ def test_joints_whose_derivatives_are_wrong_are_found(order: int, monkeypatch: p
 def test_derivatives_of_joints_come_from_positions_alone(seed: int) -> None:
     """Also next to a pole, they agree with those of the jets of the inverse kinematics, to what rounding leaves."""
     path = sf.kinematics.JointPath(random_tool_path(seed), MACHINES[seed % 4])
-    ends = np.concatenate([[0.0], path.breaks, [path.length]])
-    axes = AxesByPlace(path, ends)
+    axes = AxesByPlace(path)
+    ends = axes.ends
     stretch = np.repeat(np.arange(len(ends) - 1), 20)
     s = ends[stretch] + np.diff(ends)[stretch] * np.tile(np.linspace(0.01, 0.99, 20), len(ends) - 1)
     found, floor = axes.at(s, stretch)
@@ -137,7 +137,7 @@ def test_joints_along_many_lines_are_told_from_their_rounding(count: int) -> Non
     axis = np.column_stack([0.3 * np.cos(t), 0.3 * np.sin(t), np.ones_like(t)])
     lines = [[sf.NurbsCurve(1, [0, 0, 1, 1], pair) for pair in pairwise(rows)] for rows in (tip, axis)]
     path = sf.kinematics.JointPath(sf.ToolPath(*lines, kind="vectors", name="many lines"), MACHINES[0])
-    found, problems = AxesByPlace(path, np.concatenate([[0.0], path.breaks, [path.length]])).apart(path)
+    found, problems = AxesByPlace(path).apart(path)
     assert not problems
     assert found < 1e-6
 

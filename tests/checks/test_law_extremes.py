@@ -27,11 +27,11 @@ WIDE = sf.Limits(
 
 
 def extremes(
-    path: sf.Path, breaks: list[float], coefficients: np.ndarray, limits: sf.Limits = WIDE, rounding: float = 1e-14
+    path: sf.Path, breaks: list[float], coefficients: np.ndarray, limits: sf.Limits = WIDE
 ) -> tuple[dict[str, LimitResult], LawMotion]:
     law = sf.TimeLaw(breaks=breaks, coefficients=coefficients, strategy="test")
     bounds = Bounds(path, limits, 0.0, 0.0)
-    worsts, motion = bounds.worsts(), LawMotion(law, bounds, rounding)
+    worsts, motion = bounds.worsts(), LawMotion(law, bounds)
     motion.hold(worsts)
     return {name: worst.result for name, worst in worsts.items()}, motion
 

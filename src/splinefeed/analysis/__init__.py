@@ -1,4 +1,4 @@
-"""Numbers from records and paths: use of limits, ripple, drift, chord and contour error, spectra.
+"""Numbers from records and paths: ripple, drift, chord and contour error, spectra.
 
 In come Setpoints or a Response and their path; out come numbers and curves. `measures` looks at setpoints, `following`
 at what a machine did, `thinning` takes the points of a figure, `bands` the least and greatest of blocks of ticks.

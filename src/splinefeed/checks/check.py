@@ -233,7 +233,7 @@ class Check:
     resolution: float = 0.0
     law: TimeLaw | None = None
     start: State | None = None
-    by_tick: ByTick | None = None  # is told what is measured at each tick
+    by_tick: ByTick | None = None  # gets what is measured at each tick
 
     def __post_init__(self) -> None:
         self._coming: deque[Path] = deque()  # parts that the judge does not know yet
