@@ -119,9 +119,7 @@ class AxesByPlace:
     Parameters
     ----------
     track : Track
-        Whose positions they are.
-    ends : (m + 1,) array
-        Places, mm, between which positions are smooth; nothing is looked at on the other side of one.
+        Whose positions they are: smooth between its ends and breaks; nothing is looked at on the other side of one.
 
     Notes
     -----
@@ -132,11 +130,6 @@ class AxesByPlace:
         tail sum_n max|T_n^(k)| / h^k      T_n', T_n'', T_n''' <= n^2, n^2 (n^2 - 1) / 3, n^2 (n^2 - 1) (n^2 - 4) / 15
 
     over the terms above the tail, for half a cell's length h.
-
-    Parameters
-    ----------
-    track : Track
-        Positions are smooth between its `ends`, (m + 1,), mm; nothing is looked at on the other side of one.
     """
 
     def __init__(self, track: Track) -> None:

@@ -11,8 +11,12 @@ from splinefeed.records import Array, IntArray
 class ByTick:
     """How much of each limit setpoints use at each tick, and differences of the axes there.
 
-    names  of the limits, in the order of the report
-    final  so many ticks are known for good
+    Attributes
+    ----------
+    names : tuple of str
+        The limits, in the order of the report.
+    final : int
+        How many ticks are known for good.
     """
 
     def __init__(self) -> None:
@@ -48,10 +52,24 @@ class ByTick:
         self._motion[order - 1, :, first : first + values.shape[1]] = values
 
     def take(self, law: LawTicks, inner: slice) -> tuple[Array, Array]:
-        """Shares (n, limits) at the next ticks, and motion of the axes there, (3, n, axes); they are forgotten.
+        """Take what is known of the next ticks, which is forgotten.
 
-        law  of these ticks, which are `inner`, and of those around them
+        Parameters
+        ----------
+        law : LawTicks
+            What the law makes of these ticks and those around them.
+        inner : slice
+            Where these are among them.
 
+        Returns
+        -------
+        share : (n, limits) array
+            How much of each limit they use.
+        motion : (3, n, axes) array
+            Velocity, acceleration and jerk of the axes.
+
+        Notes
+        -----
         Shares are those of exact derivatives, but of differences where only these say it, where C' = 0, and where they
         exceed the derivatives at all ticks that they are made of. Such a difference is no mean of the derivative:
         curvature jumps there, or the acceleration of the law, and the drive sees the difference. The motion is that of
