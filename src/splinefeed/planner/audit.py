@@ -81,7 +81,7 @@ def _looked_at(
         reach = tuple(np.broadcast_to(each, s.shape).ravel() for each in (least, most))
         flat = s.ravel()
         seen = conditions.along(flat)
-        signs = _rising(seen[1], a, v)
+        signs = _rising(seen[1], a, v) if conditions.two_jerks else np.zeros(len(flat))
         rows = conditions.rows(flat, seen, reach=(reach[0], reach[1]), rising=signs, alone=True)
         found = rows.shares(v.ravel(), a.ravel(), j.ravel())
         good = (v >= -SAME * np.max(v)).ravel() & np.isfinite(found)

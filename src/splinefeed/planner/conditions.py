@@ -72,6 +72,11 @@ class Conditions:
             self.limits, track.axes, track.linear or len(track.axes), beside=track.beside, alone=track.alone
         )
 
+    @property
+    def two_jerks(self) -> bool:
+        """Whether speeding up and slowing down have two limits of jerk."""
+        return self.limits.deceleration_jerk not in (None, self.limits.jerk)
+
     @cached_property
     def _tip(self) -> slice:
         """Columns of the tip; of none where only rotary axes move."""

@@ -343,7 +343,7 @@ def plan_window(
         window, _ = window.again(rough.c, mode)
     goal = (1.0 - UNSEEN) * (1.0 - mode.spare) if exact else 1.0 + mode.tolerance
     c = window.guess()
-    if conditions.limits.deceleration_jerk != conditions.limits.jerk:
+    if conditions.two_jerks:
         window, c = _turned(conditions, window, c, mode)
     factor = np.full((3, len(window)), 1.0 - mode.spare)
     often, lower = np.zeros_like(factor), np.zeros(factor.shape, dtype=bool)
