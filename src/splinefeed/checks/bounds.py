@@ -262,11 +262,14 @@ class Bounds:
         return np.unique(np.concatenate([*stops, () if self.track is None else self.track.stops]))
 
     def worsts(self) -> dict[str, Worst]:
-        """One empty Worst a limit that is given, in the order of the report."""
+        """One empty Worst a limit that is given, in the order of the report.
+
+        That of the feed is always there: a path in parts may begin with rapid moves and have a feed later.
+        """
         limits, axes = self.limits, self.axes
         known = self.feeds[np.isfinite(self.feeds)]  # rapid moves may have none
         rows: list[tuple[str, float | None, int, int]] = [
-            ("feed", float(np.max(known, initial=0.0)) or None, 1, 0),
+            ("feed", float(np.max(known, initial=0.0)) or np.inf, 1, 0),
             ("acceleration", limits.acceleration, 2, 0),
             ("deceleration", limits.deceleration, 2, 0),
             ("jerk", min(limits.jerk, limits.deceleration_jerk or np.inf), 3, 0),
@@ -290,7 +293,7 @@ class Bounds:
         return {
             name: Worst(LimitResult(limit=limit, worst=0.0, at_s=0.0, at_t=0.0, axis=of[column]), order, column)
             for name, limit, order, column in rows
-            if limit is not None and limit < np.inf
+            if name == "feed" or (limit is not None and limit < np.inf)
         }
 
     def corner_feeds(self, k: IntArray, means: Array, i: IntArray, ahead: Array, floor: Array, period: float) -> Array:

@@ -335,7 +335,7 @@ def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
         problems += faults
         if abs(law.duration - judge.duration) > judge.period:
             problems.append(f"law: lasts {law.duration:.9g} s, the setpoints {judge.duration:.9g} s; is it their law?")
-    results = {name: worst.result for name, worst in judge.worst.items()}
+    results = {name: worst.result for name, worst in judge.worst.items() if worst.result.limit < math.inf}
     if judge.short is not None:
         notes.append(f"the last period is short, {judge.short:.9g} s; differences over it have a higher floor")
     if not judge.bounds.path.linear:

@@ -132,7 +132,7 @@ def limits_along(law: TimeLaw, path: Path, limits: Limits) -> dict[str, LimitRes
     bounds = Bounds(path, limits, 0.0, 0.0)
     worsts = {name: worst for name, worst in bounds.worsts().items() if name in ALONG}
     LawMotion(law, bounds).hold(worsts)
-    return {name: replace(worst.result, by="law") for name, worst in worsts.items()}
+    return {name: replace(worst.result, by="law") for name, worst in worsts.items() if worst.result.limit < math.inf}
 
 
 def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion, start: State | None) -> Iterator[str]:

@@ -30,6 +30,8 @@ TURN = 0.05
 GUESS = 0.6
 #: Share of q at ends in motion from which faster ones are led up to, and the least rise that is tried, as a share.
 CALM, STEEPEST = 0.25, 0.01
+#: Newton steps in which a faster state is reached or is not: from a slower one it takes about twenty.
+TRIED = 120
 #: Length of cells next to rest, as a share of their distance from it.
 GROWTH = 0.35
 #: What the audit may not see of a peak between its places, as a factor on q: 3e-6 was found.
@@ -216,7 +218,7 @@ class Horizon:
             step = step**0.5
             higher = min(share * step, 1.0)
             faster = slow.c * (1.0 + (higher / share - 1.0) * near)
-            tried = solve(self.problem.slower(higher), faster, tolerance, slow.z)
+            tried = solve(self.problem.slower(higher), faster, tolerance, slow.z, TRIED)
             if tried.kept:
                 slow, share, step = tried, higher, step**2
                 if share == 1.0:

@@ -281,7 +281,7 @@ class Problem:
         return float(np.sum(self.weight * r))
 
 
-def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Solution:
+def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, steps: int = STEPS) -> Solution:
     """Find coefficients of a time within a share of the least.
 
     Parameters
@@ -294,6 +294,8 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Sol
         The share.
     z : (rows, n) array, optional
         Multipliers to go on from.
+    steps : int, optional
+        Newton steps, at most.
 
     Returns
     -------
@@ -314,7 +316,7 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Sol
     mu = (FAR if z is None else NEAR) * time / problem.count
     z = mu / s if z is None else np.clip(z, 0.1 * mu / s, 10.0 * mu / s)
     before, fall = time, np.inf
-    for _ in range(STEPS):
+    for _ in range(steps):
         residual = g + s
         dc = problem.newton(y, r, z, s, (mu + z * residual) / s)
         if dc is None:

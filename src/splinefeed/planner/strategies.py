@@ -126,7 +126,7 @@ def conditions_of(path: Track, limits: Limits, period: float | None, paces: Arra
     curves = path.tip_path
     passed = passed_corners(curves, limits, period)
     feeds = curves.feeds_within(limits.feed)
-    changes = np.flatnonzero(np.diff(feeds) != 0.0) + 1
+    changes = np.flatnonzero(feeds[1:] != feeds[:-1]) + 1  # between rapid moves without a feed, too
     steps = curves.curve_starts[changes], feeds[np.concatenate([[0], changes])]
     stops = np.array([*path.stops, *(s for s, _ in path.dwells)])
     rests = np.unique(stops[(stops > 0.0) & (stops < path.length) & ~np.isin(stops, passed[0])])

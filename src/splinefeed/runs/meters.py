@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -112,7 +113,11 @@ class CheckMeter(Meter):
         self.kept = replace(self._last, **said)
         self.motion = AxisMotion(self.kept.t, *map(of, MOTION))
         self.tip = TipMotion(self.kept.t, *along.T)
-        self.use = LimitUse(self._seen.names, self.kept.t, self.kept.s, of("share"), of("top"), self._bound)
+        given = [name in self.verdict.limits for name in self._seen.names]  # a feed may turn out to be given nowhere
+        names, bound = tuple(compress(self._seen.names, given)), self._bound[[True, *given]]
+        if (band := self.bands.get("share")) is not None:
+            self.bands["share"] = replace(band, low=band.low[:, given], high=band.high[:, given])
+        self.use = LimitUse(names, self.kept.t, self.kept.s, of("share")[:, given], of("top"), bound)
 
 
 def _of_tip(chunk: Chunk, t: Array) -> Array:
