@@ -291,7 +291,11 @@ class Bounds:
             rows.append((named("travel", axis), 0.5 * (high - low), 0, axes.index(axis) + 1))
         of = (None, *axes, *((None,) * len(self.weights)))  # whose each column is
         return {
-            name: Worst(LimitResult(limit=limit, worst=0.0, at_s=0.0, at_t=0.0, axis=of[column]), order, column)
+            name: Worst(
+                LimitResult(limit=np.inf if limit is None else limit, worst=0.0, at_s=0.0, at_t=0.0, axis=of[column]),
+                order,
+                column,
+            )
             for name, limit, order, column in rows
             if name == "feed" or (limit is not None and limit < np.inf)
         }
