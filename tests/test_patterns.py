@@ -46,7 +46,10 @@ BOUNDED = {
 #: How patterns are used that have another name when they are.
 METHODS = {("formats.svg_paths", "_ARGUMENTS"): {"match"}}
 #: Tables of a module whose texts become patterns under a name of a loop.
-TABLES = {("programs.gcode.lathe", "sign"): ("_CERTAIN", "_LIKELY", "_OF_SIEMENS")}
+TABLES = {
+    ("programs.gcode.lathe", "sign"): ("_CERTAIN", "_LIKELY", "_OF_SIEMENS"),
+    ("programs.gcode.dialects", "pattern"): (),  # each is in a row of SIGNS or in _UNREAD
+}
 FILES = [
     file for file in sorted(SOURCE.rglob("*.py")) if re.search(r"^ *import re$", file.read_text("utf-8"), re.MULTILINE)
 ]
@@ -81,6 +84,7 @@ def patterns(file: Path) -> Iterator[tuple[Any, int, bool]]:
     held = importlib.import_module(f"splinefeed.{short}".removesuffix(".__init__"))
     for name, value in vars(held).items():
         several = value.values() if isinstance(value, dict) else value if isinstance(value, tuple | list) else [value]
+        several = [part for each in several for part in (each if isinstance(each, tuple) else [each])]  # of rows, too
         here = METHODS.get((short, name)) or uses().get((file, name)) or uses().get((None, name), set())
         for pattern in several:
             if isinstance(pattern, re.Pattern):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from dataclasses import replace
 from pathlib import Path as File
 
@@ -193,3 +194,32 @@ def test_no_room_asks_which_class_a_path_is():
                 asked = names & KINDS - ({"Path"} if of_files else set())
                 found += [f"{file.relative_to(ROOT)}:{node.lineno}: {name}" for name in asked]
     assert not found
+
+
+class Kinked(Beside):
+    """An axis that bends at a place of which the track says nothing."""
+
+    at = 100.3
+
+    def __call__(self, s):
+        return super().__call__(s) + 4e-5 * np.abs(s - self.at)[..., None]
+
+    def derivatives(self, s, row=None):
+        d = super().derivatives(s, row)
+        d[:, 0, 0] += 4e-5 * np.abs(s - self.at)
+        d[:, 1, 0] += 4e-5 * np.sign(s - self.at)
+        return d
+
+    def positions(self, curve, u, s, tip):
+        return super().positions(curve, u, s, tip) + 4e-5 * np.abs(s - self.at)[:, None]
+
+
+@pytest.mark.parametrize(("kind", "said"), [(Beside, False), (Kinked, True)])
+def test_places_where_derivatives_cannot_be_told_from_positions_are_said(kind, said):
+    track = kind(sf.Path([sf.NurbsCurve.bezier([[0, 0], [60, 90], [140, -40], [200, 20]])]))
+    law = sf.plan(track, LIMITS, period=PERIOD)
+    verdict = sf.check(sf.interpolate(track, law), track, LIMITS, law=law)
+    assert verdict.ok, verdict.problems
+    places = [re.search(r"the first at s = ([\d.]+) mm, derivatives", each) for each in verdict.notes]
+    found = [float(each[1]) for each in places if each]
+    assert found == (pytest.approx([Kinked.at], abs=1.0) if said else [])

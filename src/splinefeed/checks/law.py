@@ -61,6 +61,8 @@ ROUNDINGS = 64.0
 NO_JUMP = 1e-9
 #: A law that has more than this share of its largest feed at a corner does not rest there.
 MOVING = 1e-3
+#: A derivative that is known to less than this share of its limit does not tell whether that holds.
+WIDE = 0.1
 #: Corners that a note names one by one.
 LISTED = 3
 
@@ -104,6 +106,12 @@ def check_law(
             f"the law is judged by the positions of {', '.join(track.axes)} alone; what {track.name} says of their "
             f"derivatives is within {apart:.2g} of what positions say, rounding aside"
         )
+        if len(where := motion.undecided(motion.axes)):
+            notes.append(
+                f"at {len(where)} place(s), the first at s = {bounds.place(where[0]):.6g} {unit_along(bounds.path.axes)}, "
+                f"derivatives of the axes are known from positions to {WIDE:.0%} of a limit or less well: there the "
+                "differences of the setpoints decide"
+            )
     if motion.irregular:
         notes.append(
             f"at {motion.irregular} instants of the law C' is 0 to rounding and exact axis derivatives are "
@@ -386,6 +394,13 @@ class LawMotion:
             at, flat = (t.ravel(), s.ravel()), floor.ravel()
             worst.see(value.ravel(), *at, flat, limit.ravel(), by="law", place=self.bounds.place)
         return out
+
+    def undecided(self, axes: AxesByPlace) -> Array:
+        """Where cells of series lie, mm, of which a limit's derivative is known to no more than WIDE of the limit."""
+        middle, floors, bounded = axes.middle, axes.floor[1:], self.bounds.limits.axis_bounds(self.bounds.axes)
+        v = motion_at(self.law, times_at(self.law, middle), 1)
+        known = floors @ np.abs(self.mix).T * v[:, None] ** np.arange(1.0, 4.0)[:, None, None]
+        return np.asarray(middle[np.any(known > WIDE * bounded.bounds[:, None], axis=(0, 2))])
 
     def _floor(self, row: IntArray, s: Array, v: Array, a: Array, j: Array, name: str, value: Array) -> Array:
         """What roundings of s can make of a value (n,): how much less it is SHIFT of them before or behind; or NaN.
