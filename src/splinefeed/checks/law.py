@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from splinefeed.checks.axes import AxesByPlace
 from splinefeed.checks.bounds import STEP, Bounds, Worst
 from splinefeed.checks.path_limits import TipPlaces, value_of
 from splinefeed.checks.spans import EPSILON, SpanPlaces, about
@@ -107,10 +108,10 @@ def check_law(
             f"derivatives is within {apart:.2g} of what positions say, rounding aside"
         )
         if len(where := motion.undecided(motion.axes)):
+            first = f"s = {bounds.place(where[0]):.6g} {unit_along(bounds.path.axes)}"
             notes.append(
-                f"at {len(where)} place(s), the first at s = {bounds.place(where[0]):.6g} {unit_along(bounds.path.axes)}, "
-                f"derivatives of the axes are known from positions to {WIDE:.0%} of a limit or less well: there the "
-                "differences of the setpoints decide"
+                f"at {len(where)} place(s), the first at {first}, derivatives of the axes are known from positions to "
+                f"{WIDE:.0%} of a limit or less well: there the differences of the setpoints decide"
             )
     if motion.irregular:
         notes.append(
