@@ -78,7 +78,7 @@ def over_time(run: Run, quantity: str, k: int = 0, **how: Any) -> Line:
     run : Run
         Of which it is: at every tick, or its band where ticks are left out.
     quantity : str
-        As `UseMeter` calls it.
+        As `CheckMeter` calls it.
     k : int, optional
         Index of the axis or limit.
     **how : object
