@@ -337,7 +337,7 @@ export class PathPicture {
       const edges = [0, 1, 2, 3, 4, 5, 6, 7].filter((bits) => !(bits & (1 << axis)));
       // lowest on the screen for x and y, leftmost for z
       const front = edges.reduce((best, bits) => ((axis < 2 ? middle(bits, axis, 1) > middle(best, axis, 1) + 1e-6 : middle(bits, axis, 0) < middle(best, axis, 0) - 1e-6) ? bits : best));
-      const least = 1e-9 * Math.max(...this.ends.flat().map(Math.abs)); // less is rounding
+      const least = 1e-6 * Math.max(...this.ends.flat().map(Math.abs)); // less is rounding, also of an arc between its samples
       const [low, high] = this.ends[axis].map((value) => String(Math.abs(value) < least ? 0 : Number(value.toPrecision(4))));
       const name = this.labels[axis].split(" ")[0] + (this.program && this.rapid ? " of feed moves" : "");
       const say = (words, px, py, left) => {
