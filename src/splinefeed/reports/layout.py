@@ -35,8 +35,8 @@ OUTER = 0.7
 ARMS, INKED, JOINT = 7, 1.8, 4.5
 #: Most labels of powers of ten along an axis.
 MOST_POWERS = 7
-#: An end of the box nearer to 0 than this share of its size is 0, but for rounding.
-ROUNDING = 1e-12
+#: An end of the box nearer to 0 than this share of its size is 0: rounding, also of an arc between its samples.
+ROUNDING = 1e-6
 Box = tuple[float, float, float, float]
 
 
