@@ -26,7 +26,7 @@ WORTH_A_LOOK = 0.9
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """Hold parts of pieces, p of them, that steps run over, n of them.
+    """Parts of pieces, p of them, that steps run over, n of them.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ BLOCK = 65536
 
 @dataclass
 class Worst:
-    """Hold the worst of one limit so far.
+    """The worst of one limit so far.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ class Fault:
 
 @dataclass(frozen=True)
 class Bounds:
-    """Hold the limits of setpoints; see `check`.
+    """The limits of setpoints; see `check`.
 
     Parameters
     ----------
@@ -336,7 +336,7 @@ class Bounds:
 
 @dataclass(frozen=True, eq=False)
 class PassedCorners:
-    """Hold corners that may be passed in motion, k of them.
+    """Corners that may be passed in motion, k of them.
 
     Parameters
     ----------

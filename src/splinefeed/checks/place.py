@@ -29,7 +29,7 @@ WIDE = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Located:
-    """Hold setpoints on their path, n of them, in this order of time; NaN where a position is not finite.
+    """Setpoints on their path, n of them, in this order of time; NaN where a position is not finite.
 
     Parameters
     ----------

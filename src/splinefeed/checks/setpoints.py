@@ -49,7 +49,7 @@ TAIL = 2 * BESIDE + 1
 
 @dataclass(frozen=True, eq=False)
 class CheckedTicks(Located):
-    """Hold ticks on their path, n of them.
+    """Ticks on their path, n of them.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ for _k in range(NODES):
 
 
 class PathSpans:
-    """Hold spans of curves, or parts of them, in the order of the motion, r of them, as columns.
+    """Spans of curves, or parts of them, in the order of the motion, r of them, as columns.
 
     Attributes
     ----------
@@ -239,7 +239,7 @@ class PathSpans:
 
 
 class SpanPlaces:
-    """Hold the expansions of the spans that places lie on, gathered once and evaluated often.
+    """The expansions of the spans that places lie on, gathered once and evaluated often.
 
     Parameters
     ----------

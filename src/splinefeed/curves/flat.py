@@ -14,7 +14,7 @@ from splinefeed.records import Array, BoolArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class Flat:
-    """Hold degree, knots, control points and weights of all curves of a path, one curve behind the other.
+    """Degree, knots, control points and weights of all curves of a path, one curve behind the other.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ LINE_KNOTS: Array = frozen_array([0.0, 0.0, 1.0, 1.0], "knots", 1)
 
 
 class Packed(Sequence[NurbsCurve]):
-    """Hold many curves by the arrays of all of them.
+    """Many curves by the arrays of all of them.
 
     Parameters
     ----------

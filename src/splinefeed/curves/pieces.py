@@ -395,7 +395,7 @@ def is_left(side: str, order: int = 0) -> bool:
 
 
 class Pieces:
-    """Hold a table of pieces.
+    """A table of pieces.
 
     Parameters
     ----------

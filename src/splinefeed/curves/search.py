@@ -48,7 +48,7 @@ MOST_COMPARED, EACH_COMPARED = 4_000_000, 100
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Hold parts of rows, c of them, in the order of the path.
+    """Parts of rows, c of them, in the order of the path.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Cells:
 
 @dataclass(eq=False)
 class Found:
-    """Hold the nearest point to each of n positions.
+    """The nearest point to each of n positions.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ FEJER = np.sin((np.arange(NODES) + 0.5) * math.pi / NODES) * math.pi / NODES
 
 @dataclass(frozen=True)
 class Spans:
-    """Hold knot spans that are not empty, or parts of them, of curves of one degree.
+    """Knot spans that are not empty, or parts of them, of curves of one degree.
 
     Parameters
     ----------

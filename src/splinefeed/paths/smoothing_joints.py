@@ -174,7 +174,7 @@ def at_knot(curve: NurbsCurve, u: float) -> float:
 
 
 class Transitions(NamedTuple):
-    """Hold one transition a joint, or none.
+    """One transition a joint, or none.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ GRADE = 2.5
 
 @dataclass(frozen=True, eq=False)
 class LineBatch:
-    """Hold curves that follow each other.
+    """Curves that follow each other.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ DIRECTION = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Conditions:
-    """Hold a path and what the motion along it must keep.
+    """A path and what the motion along it must keep.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ PEAK = 0.75 * 24.0 / 23.0
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """Hold m coordinates: axes, coordinates of a tip that are none, combinations of axes; last the tip's arc length.
+    """M coordinates: axes, coordinates of a tip that are none, combinations of axes; last the tip's arc length.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ RATIO = 2.2
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Hold places along a stretch, dense where it turns and where the feed changes.
+    """Places along a stretch, dense where it turns and where the feed changes.
 
     Parameters
     ----------

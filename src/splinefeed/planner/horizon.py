@@ -44,7 +44,7 @@ NEAR, MANY = 12, 0.6
 
 @dataclass(frozen=True)
 class SolverSettings:
-    """Say how closely a motion is planned.
+    """How closely a motion is planned.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class Plan:
 
 
 class Horizon:
-    """Hold the cells of a window and their problem.
+    """The cells of a window and their problem.
 
     Parameters
     ----------

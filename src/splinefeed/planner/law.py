@@ -19,7 +19,7 @@ GAUSS, WEIGHTS = 0.5 * (_PLACES + 1.0), 0.5 * _WEIGHTS
 
 @dataclass(frozen=True, eq=False)
 class MotionPieces:
-    """Hold a motion over arc lengths.
+    """A motion over arc lengths.
 
     Parameters
     ----------

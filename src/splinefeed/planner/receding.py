@@ -29,7 +29,7 @@ class OutOfReachError(PlanError):
 
 @dataclass(eq=False)
 class RecedingHorizon:
-    """Hold where the motion has come to, its state there, and the rest of the last plan, which ends at rest.
+    """Where the motion has come to, its state there, and the rest of the last plan, which ends at rest.
 
     Parameters
     ----------

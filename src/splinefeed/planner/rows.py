@@ -20,7 +20,7 @@ TINY = 1e-140
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Hold all rows at n places.
+    """All rows at n places.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ class End:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Hold what was found.
+    """What was found.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class Solution:
 
 
 class Problem:
-    """Hold places, the splines that reach them, and their rows.
+    """Places, the splines that reach them, and their rows.
 
     Parameters
     ----------

@@ -158,7 +158,7 @@ class Combination:
 
 @dataclass(frozen=True, eq=False)
 class AxisBounds:
-    """Hold whatever has limits of velocity, acceleration and jerk on a path: its axes, then weighted sums of them.
+    """Whatever has limits of velocity, acceleration and jerk on a path: its axes, then weighted sums of them.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ class AxisBounds:
 
 @dataclass(frozen=True, kw_only=True)
 class Limits(LimitFields):
-    """Say what a motion must never exceed; a limit that is left out is infinite.
+    """What a motion must never exceed; a limit that is left out is infinite.
 
     Parameters
     ----------

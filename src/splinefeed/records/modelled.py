@@ -23,7 +23,7 @@ from splinefeed.records.arrays import Array
 
 @dataclass(frozen=True)
 class ModelRows:
-    """Hold rows of the planner at n places; the module says on what.
+    """Rows of the planner at n places; the module says on what.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ STREAM_COLUMNS = ("row", "depth", "underruns")
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class TimeLaw:
-    """Give the length along the path over time: s(t), polynomial between breaks.
+    """The length along the path over time: s(t), polynomial between breaks.
 
     Parameters
     ----------
@@ -240,7 +240,7 @@ class _Columns:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Setpoints(_Columns):
-    """Say where every axis must be at each servo tick.
+    """Where every axis must be at each servo tick.
 
     Parameters
     ----------
@@ -343,7 +343,7 @@ class Setpoints(_Columns):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Response(_Columns):
-    """Say how a machine's axes moved as they followed setpoints.
+    """How a machine's axes moved as they followed setpoints.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from splinefeed.numbers import finite
 
 @dataclass(frozen=True)
 class State:
-    """Say how a motion moves at a place of its path.
+    """How a motion moves at a place of its path.
 
     Parameters
     ----------

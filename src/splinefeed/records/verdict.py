@@ -17,7 +17,7 @@ ALLOWED = "to within a millionth of it and the rounding of a position"
 
 @dataclass(frozen=True, kw_only=True)
 class LimitResult:
-    """Say how one limit fares; mm, s and rad.
+    """How one limit fares; mm, s and rad.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class LimitResult:
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """Say what a check of setpoints found.
+    """What a check of setpoints found.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ METHOD = "arc-length"
 
 @dataclass(eq=False)
 class _PathPart:
-    """Hold a part of the path not left yet.
+    """A part of the path not left yet.
 
     Parameters
     ----------
