@@ -97,3 +97,17 @@ def test_a_new_kind_carries_a_tool_path(made: Kinematics, data_dir: File) -> Non
         right, along = composed(made, row)
         assert np.max(np.abs(tip - right)) <= 2e-12 * 500.0
         assert np.max(np.abs(axis - along)) <= 1e-13
+
+
+@pytest.mark.parametrize(
+    ("joints", "how"),
+    [
+        ("x y z a c", {"table": "a c"}),
+        ("x y z a c", {"head": "c a"}),
+        ("x y z a b", {"table": "b", "head": "a"}),
+        ("x y z a c", {"head": "a"}),
+    ],
+)
+def test_turns_whose_formulas_are_not_there_are_refused(joints, how):
+    with pytest.raises(ValueError, match="from the tool to the workpiece"):
+        Chain(joints, "", **how)

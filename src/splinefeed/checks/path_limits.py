@@ -26,7 +26,8 @@ class TipPlaces:
     places : SpanPlaces
         The spans (n,) that they lie on.
     c : list of (axes, ..., n) arrays
-        C(u) there and its first three derivatives by u.
+        C(u) there and its first three derivatives by u: all axes of the tip's path, the `places.linear` linear ones
+        first.
     """
 
     places: SpanPlaces

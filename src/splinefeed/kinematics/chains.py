@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +34,8 @@ X, Y, Z = 0, 1, 2
 PLANES = {"a": (Y, Z), "b": (Z, X), "c": (X, Y), "theta": (X, Y)}
 
 
-class Chain(NamedTuple):
+@dataclass(frozen=True)
+class Chain:
     """One kind of machine: what turns what, from which both directions follow.
 
     Parameters
@@ -53,9 +54,15 @@ class Chain(NamedTuple):
     twins : tuple of (int, str), optional
         Joints that move as the linear one of a number does, each with the length that it is beside it.
 
+    Raises
+    ------
+    ValueError
+        For turns in another order: from the tool to the workpiece the first rotary joint comes before the last.
+
     Notes
     -----
-    A trunnion whose A tilts a table C is ``table="c a"``; a head B and a table C ``table="c", head="b"``.
+    A trunnion whose A tilts a table C is ``table="c a"``; a head B and a table C ``table="c", head="b"``. A C on a
+    table is next to the workpiece, on a head next to the machine: there its angle is the azimuth of the tool axis.
     """
 
     joints: str
@@ -63,6 +70,16 @@ class Chain(NamedTuple):
     table: str = ""
     head: str = ""
     twins: tuple[tuple[int, str], ...] = ()
+
+    def __post_init__(self) -> None:
+        named, turns = self.joints.split(), [*self.head.replace("-", "").split(), *reversed(self.table.split())]
+        turning = named[len(named) - self.rotary :]
+        upright = not turning or turning[-1] in ("c", "theta")
+        if turns != turning or not upright or any(each not in ("a", "b") for each in turning[:-1]):
+            raise ValueError(
+                f"joints {self.joints!r}, table {self.table!r}, head {self.head!r}: from the tool to the workpiece a "
+                "joint a or b must come first, then c (theta where it is alone), and joints must end with the two"
+            )
 
     @property
     def rotary(self) -> int:

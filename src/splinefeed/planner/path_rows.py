@@ -47,7 +47,7 @@ class Places:
 
     @cached_property
     def of_tip(self) -> Array:
-        """Positions of the tip and their derivatives by sigma, (n, 4, 3)."""
+        """Positions of the tip and their derivatives by sigma, (n, 4, linear): a planar path has two linear axes."""
         return self.d[:, :, self.track.tip_columns]
 
     @cached_property
