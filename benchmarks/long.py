@@ -126,18 +126,22 @@ def write_program(file: str, count: int) -> None:
 def by_windows(file: str) -> dict[str, Any]:
     """From a program to checked setpoints beside it; called in a process of its own."""
     from splinefeed.checks.check import Check
-    from splinefeed.runs.fold import fold
+    from splinefeed.runs.fold import Chunk, fold
     from splinefeed.runs.long_path import PartReader, windows
-    from splinefeed.runs.meters import CheckMeter
 
     def made(job: MotionJob, writer: Meter) -> Verdict:
         check = Check(job.limits)
         source = job.path.in_parts
         assert source is not None
-        checked = CheckMeter(check)
         reading = PartReader(source, job.reading, check.part)
-        fold(windows(reading, job.limits, job.period), [checked, writer])
-        return checked.verdict
+
+        def checked() -> Iterator[Chunk]:
+            for chunk in windows(reading, job.limits, job.period):
+                check.see(chunk.own)
+                yield chunk
+
+        fold(checked(), [writer])
+        return check.verdict()
 
     return _timed(file, made)
 

@@ -325,3 +325,13 @@ def test_copp_and_ours_agree_on_the_least_time_of_a_smooth_curve():
     asked = sf.Limits(feed=feed, axis_velocity=feed, axis_acceleration=acceleration, axis_jerk=jerk)
     ours = sf.plan(path, asked, strategy="time-optimal", period=1e-3)
     assert ours.duration < theirs.duration < 1.05 * ours.duration
+
+
+def test_lines_of_a_file_become_checked_setpoints_with_and_without_measures(tmp_path):
+    from benchmarks import long
+
+    file = str(tmp_path / "lines.nc")
+    long.write_program(file, 300)
+    made, measured = long.by_windows(file), long.measured(file)
+    assert made["ticks"] == measured["ticks"] > 1000
+    assert made["size"] == pytest.approx(measured["size"], rel=0.1)
