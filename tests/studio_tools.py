@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
+import contextlib
 import gzip
-from collections.abc import Callable
+import json
+import secrets
+from collections.abc import AsyncIterator, Callable
 from typing import Any
 
 import numpy as np
@@ -13,6 +17,23 @@ from splinefeed.reports.detail import BLOCK, GAP
 
 #: What a page waits for is there long before, however busy the machine is, ms.
 PATIENCE = 400_000
+
+
+@contextlib.asynccontextmanager
+async def new_tab(port: int, cookie: str) -> AsyncIterator[Any]:
+    """The socket of a tab that has said hello; it is closed when the block ends."""
+    from tornado.httpclient import HTTPRequest
+    from tornado.websocket import websocket_connect
+
+    headers = {"Cookie": cookie, "Origin": f"http://127.0.0.1:{port}"}
+    connection = await websocket_connect(HTTPRequest(f"ws://127.0.0.1:{port}/socket", headers=headers))
+    try:
+        await connection.write_message(json.dumps({"do": "hello", "tab": secrets.token_hex(8)}))
+        yield connection
+    finally:
+        connection.close()  # asks the other side to close; after 5 s the socket closes without it
+        while await asyncio.wait_for(connection.read_message(), 20.0) is not None:
+            pass
 
 
 def rest(page: Any, action: Callable[[], object]) -> None:

@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import http.client
 import json
-import secrets
 import socket
 import stat
 import time
@@ -17,6 +16,7 @@ import pytest
 from splinefeed.errors import InputError
 from splinefeed.studio.sources import LARGEST, MOST, put, upload
 from studio.conftest import Studio
+from studio_tools import new_tab
 
 
 def ask(studio, path: str, method: str = "GET", body: bytes | None = None, **headers: str):
@@ -145,23 +145,17 @@ def test_silent_connections_do_not_lock_the_owner_out_where_few_files_may_be_ope
 
 async def _spoken(studio, cookie: str, *messages: str) -> list[dict]:
     """What the socket of a new tab answers to messages."""
-    from tornado.httpclient import HTTPRequest
-    from tornado.websocket import websocket_connect
-
-    headers = {"Cookie": cookie, "Origin": f"http://127.0.0.1:{studio.port}"}
-    connection = await websocket_connect(HTTPRequest(f"ws://127.0.0.1:{studio.port}/socket", headers=headers))
-    await connection.write_message(json.dumps({"do": "hello", "tab": secrets.token_hex(8)}))
     found = []
-    for message in messages:
-        await connection.write_message(message)
-        while True:
-            said = await asyncio.wait_for(connection.read_message(), 200.0)
-            assert said is not None, f"{message[:60]} closed the socket"
-            said = json.loads(said)
-            if said["kind"] in ("refused", "opened", "toml"):
-                found.append(said)
-                break
-    connection.close()
+    async with new_tab(studio.port, cookie) as connection:
+        for message in messages:
+            await connection.write_message(message)
+            while True:
+                said = await asyncio.wait_for(connection.read_message(), 200.0)
+                assert said is not None, f"{message[:60]} closed the socket"
+                said = json.loads(said)
+                if said["kind"] in ("refused", "opened", "toml"):
+                    found.append(said)
+                    break
     return found
 
 

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import http.client
 import json
-import secrets
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -14,10 +12,8 @@ import pytest
 
 pytest.importorskip("tornado", reason="the studio needs the extra [studio]")
 
-from tornado.httpclient import HTTPRequest
-from tornado.websocket import websocket_connect
-
 from splinefeed.studio.house import QUICK
+from studio_tools import new_tab
 
 #: Tabs, the one that closes in the middle, and the one whose text would hang a reader; s that all may take.
 TABS, CLOSES, HANGS, PATIENCE = 20, 7, 11, 300.0
@@ -38,10 +34,7 @@ def quick(k: int) -> dict:
 
 async def tab(studio, cookie: str, k: int) -> dict | None:
     """What tab `k` is answered; None for the one that closes."""
-    headers = {"Cookie": cookie, "Origin": f"http://127.0.0.1:{studio.port}"}
-    connection = await websocket_connect(HTTPRequest(f"ws://127.0.0.1:{studio.port}/socket", headers=headers))
-    try:
-        await connection.write_message(json.dumps({"do": "hello", "tab": secrets.token_hex(8)}))
+    async with new_tab(studio.port, cookie) as connection:
         if k == HANGS:
             await connection.write_message(json.dumps({"do": "share", "text": "a=" + "[" * 5_000_000}))
         else:
@@ -55,11 +48,6 @@ async def tab(studio, cookie: str, k: int) -> dict | None:
             said = json.loads(message)
             if said["kind"] in ("planned", "refused"):
                 return {**said, "at": time.monotonic()}
-    finally:
-        connection.close()
-        with contextlib.suppress(TimeoutError):  # until the other side has closed, too: the loop then leaves no socket
-            while await asyncio.wait_for(connection.read_message(), 5.0) is not None:
-                pass
 
 
 def test_twenty_tabs_plan_at_once_one_closes_in_the_middle_and_none_waits_for_another(studio):
