@@ -29,8 +29,8 @@ class Coordinates:
     ----------
     names : tuple of str
         Theirs.
-    mix : (columns, m - 1) array
-        What of each column of derivatives makes each of them but the last.
+    mix : (columns, k) array
+        What of each column of derivatives makes each combination.
     v, a, d, j, dj : (m,) array
         Limits: velocity, acceleration, deceleration, jerk while speeding up and while slowing down.
     assumed : tuple of str, optional
@@ -67,8 +67,9 @@ class Coordinates:
         if assumed:
             a[free], j[free] = (min(float(np.min(each)), along) for each, along in zip((a, j), least, strict=True))
         none = np.full(len(beside), np.inf)
-        weights = (np.append(each.on(axes), np.zeros(len(beside))) for each in sums.values())
-        mix = np.column_stack([np.eye(len(axes) + len(beside)), *weights])
+        mix = np.zeros((len(axes) + len(beside), len(sums)))
+        for k, each in enumerate(sums.values()):
+            mix[: len(axes), k] = each.on(axes)
         along = (limits.feed, limits.acceleration, slowing, limits.jerk, slowing_jerk)
         kinds = ("velocity", "acceleration", "acceleration", "jerk", "jerk")
         v, a, d, j, dj = (
@@ -80,8 +81,9 @@ class Coordinates:
 
     def along(self, d: Array, tip: Array) -> Array:
         """x', x'', x''' (3, m, n) of all of them from those of the track, d (n, 4, columns), and of the tip (3, n)."""
-        x = np.einsum("nka,am->kmn", d[:, 1:], self.mix)
-        return np.concatenate([x, tip[:, None]], axis=1)
+        own = d[:, 1:].transpose(1, 2, 0)
+        sums = [np.sum(own * each[:, None], axis=1, keepdims=True) for each in self.mix.T]
+        return np.concatenate([own, *sums, tip[:, None]], axis=1)
 
 
 def rows_of(

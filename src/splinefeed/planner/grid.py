@@ -33,6 +33,8 @@ TOWARDS = 0.5 ** np.arange(1.0, -np.log2(INSIDE))
 FINEST = (6e4 * np.finfo(float).eps) ** 0.5
 #: No window has more cells, nor more samples.
 MOST_CELLS = 200_000
+#: Breaks up to which cells are counted first, as a share of the cells sought, and so many times those that seem to do.
+FEW, MORE = 1 / 16, 1.2
 #: The motion may pass a jump this much faster than is thought when cells are laid.
 FASTER = 1.03
 #: A cell is no more than this many times as long as its neighbour.
@@ -304,15 +306,19 @@ def counted(
     What lies behind does not matter, so that a path which comes in parts is cut as one that is known whole.
     """
     inner = conditions.inside(low, high)
-    most = int(joins * cells)
-    far = float(inner[most]) if len(inner) > most else high
-    samples = sample(conditions, low, far, FREE, FREE)
-    wanted = density(samples, np.maximum(samples.top, SLOW * np.maximum.accumulate(samples.top)), size)
-    total = _total(samples.s, wanted)
-    edges = np.concatenate([[low], inner[inner < far], [far]])
-    at = np.interp(edges, samples.s, total)
-    so_far = np.concatenate([[0.0], np.cumsum(np.maximum(np.ceil(np.diff(at)), 1.0))])
-    share = float(so_far[-1]) / (joins * cells)
+    count = int(joins * cells * FEW)
+    while True:
+        far = float(inner[count]) if len(inner) > count else high
+        samples = sample(conditions, low, far, FREE, FREE)
+        wanted = density(samples, np.maximum(samples.top, SLOW * np.maximum.accumulate(samples.top)), size)
+        total = _total(samples.s, wanted)
+        edges = np.concatenate([[low], inner[:count], [far]])
+        at = np.interp(edges, samples.s, total)
+        so_far = np.concatenate([[0.0], np.cumsum(np.maximum(np.ceil(np.diff(at)), 1.0))])
+        share = float(so_far[-1]) / (joins * cells)
+        if far == high or share > 1.0:
+            break
+        count = int(count * MORE / share) + 1
     near = high if far == high and share <= 1.0 else float(np.interp(np.interp(cells, so_far, at), total, samples.s))
     return near, share, samples
 

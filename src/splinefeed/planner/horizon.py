@@ -34,6 +34,9 @@ CALM, STEEPEST = 0.25, 0.01
 TRIED = 120
 #: Length of cells next to rest, as a share of their distance from it.
 GROWTH = 0.35
+#: Share of every limit, as a factor on q, that motion leaves which is planned again: cells then lie elsewhere, and a
+#: motion from a state on it at its very limits might not keep them.
+YIELDING = 1e-3
 #: What the audit may not see of a peak between its places, as a factor on q: 3e-6 was found.
 UNSEEN = 1e-5
 #: Places at which a piece of another motion is looked at.
@@ -59,6 +62,8 @@ class SolverSettings:
         Whether a lower bound of the time is wanted.
     spare : float, optional
         Share of every limit, as a factor on q, that a motion with an end in motion leaves.
+    open : float, optional
+        Share of the window's cells, the last ones, that leave YIELDING of every limit.
     growth : float, optional
         Length of cells next to rest, as a share of their distance from it.
     alone : bool, optional
@@ -70,6 +75,7 @@ class SolverSettings:
     cells: int
     bounded: bool = False
     spare: float = 0.0
+    open: float = 0.0
     growth: float = GROWTH
     alone: bool = False
 
@@ -190,12 +196,11 @@ class Horizon:
         rise = ModelRows(linear=signed, low=low, high=np.full(low.shape, FREE))
         self.free = rows.joined(rise, smooth=False)
 
-    def solved_near(self, lower: BoolArray, c: Array, tolerance: float, z: Array) -> Solution | None:
-        """The solution if only cells near those of `lower` (3, n) may change; None if limits ask for more."""
-        active = np.convolve(np.any(lower, axis=0), np.ones(2 * NEAR + 1), mode="same")[: len(self)] > 0.5
-        if np.mean(active) > MANY:
+    def solved_near(self, near: BoolArray, c: Array, tolerance: float, z: Array) -> Solution | None:
+        """The solution if only cells of `near` (n,) may change; None if limits ask for more, or these are all."""
+        if np.all(near):
             return None
-        part, used, at = self.problem.part(active, c)
+        part, used, at = self.problem.part(near, c)
         found = solve(part, c[used], tolerance, z[:, at])
         if not found.kept:
             return None
@@ -343,12 +348,13 @@ def plan_window(
         # cells beside a jump end where its reach does, which is a matter of the feed there
         rough = solve(window.problem, window.guess(), FASTER - 1.0)
         window, _ = window.again(rough.c, mode)
-    goal = (1.0 - UNSEEN) * (1.0 - mode.spare) if exact else 1.0 + mode.tolerance
     c = window.guess()
     if conditions.two_jerks:
         window, c = _turned(conditions, window, c, mode)
     factor = np.full((3, len(window)), 1.0 - mode.spare)
-    often, lower = np.zeros_like(factor), np.zeros(factor.shape, dtype=bool)
+    factor[:, len(window) - int(mode.open * len(window)) :] *= 1.0 - YIELDING
+    goal = (1.0 - UNSEEN) * factor if exact else np.full_like(factor, 1.0 + mode.tolerance)
+    often, near, almost = np.zeros_like(factor), np.ones(len(window), dtype=bool), 1.0 - 0.5 * mode.tolerance
     z: Array | None = None
     bound, before, reached = 0.0, None, 1.0
     found: list[Plan] = []
@@ -356,7 +362,7 @@ def plan_window(
         window.hold(factor)
         solution = None
         if before is not None and z is not None:  # what was over a limit is solved again near itself only
-            solution = window.solved_near(lower, c, mode.tolerance, z)
+            solution = window.solved_near(near, c, mode.tolerance, z)
         if solution is None:
             solution = window.solved(c, mode.tolerance) if z is None else solve(window.problem, c, mode.tolerance, z)
         reached = min(reached, solution.reached)
@@ -369,14 +375,18 @@ def plan_window(
         lost = exact and not solution.kept and (k == 0 or bool(np.any(broken)))
         if np.any(broken) and k < 2 * ROUNDS and not lost:  # q falls to nothing between places
             window, was = window.again(c, mode, broken)
-            c, z, factor, often, before = window.guess(), None, factor[:, was], often[:, was], None
+            factor, goal, often = factor[:, was], goal[:, was], often[:, was]
+            c, z, before = window.guess(), None, None
             continue
         before = pieces, shares, below
         found.append(Plan(pieces, bound, float(np.max(shares))))
-        if lost or found[-1].over <= (goal if k < ROUNDS else max(goal, 1.0 + KEPT)):
-            break
         over = window.of_cells(shares) / goal
-        lower = over > 1.0 - 0.5 * mode.tolerance
+        if lost or np.max(over) <= 1.0 or (k >= ROUNDS and found[-1].over <= 1.0 + KEPT):
+            break
+        worst = np.any(over > (1.0 if exact else almost), axis=0)  # as a whole a motion is slowed by its worst cell
+        near = np.convolve(worst, np.ones(2 * NEAR + 1), mode="same")[: len(window)] > 0.5
+        near |= np.mean(near) > MANY
+        lower = near & (over > almost)
         often += lower  # a cell that stays over what it was tightened for is so between its places: tighten it more
         factor = np.where(lower, factor / (over * (1.0 + 0.5 * mode.tolerance)) ** often, factor)
     best = min(found, key=lambda plan: (exact and plan.over > 1.0 + KEPT, plan.seconds))

@@ -128,9 +128,10 @@ class RecedingHorizon:
             Where there is no plan: from the state the motion cannot keep the limits.
         """
         into = stop if ends_here else REST
+        mode = replace(mode, open=0.0 if ends_here else share)
         try:
             with np.errstate(all="ignore"):  # what is not a number is not a motion to take
-                if self.left is None and max(self.state.feed, into.feed) > 0.0:
+                if max(self.state.feed, into.feed) > 0.0:
                     plan = plan_from(conditions, self.low, near, self.state, into, mode, self.samples)
                 else:
                     plan = plan_window(

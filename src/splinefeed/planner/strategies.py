@@ -21,7 +21,7 @@ from splinefeed.planner.openings import over_at, plan_from
 from splinefeed.planner.receding import OutOfReachError, RecedingHorizon, plan_stretch
 from splinefeed.planner.shared import on_tick, with_dwells
 from splinefeed.planner.straight import straights
-from splinefeed.planner.ticks import held_at_ticks
+from splinefeed.planner.ticks import MovingEndError, held_at_ticks
 from splinefeed.records import LAW_COEFFICIENTS, REST, Array, BoolArray, Limits, State, TimeLaw
 from splinefeed.telling import tell
 from splinefeed.workers import spread
@@ -191,24 +191,43 @@ def plan_in_mode(
     with np.errstate(all="ignore"):  # what is not a number is not a motion to take
         conditions = conditions_of(path, limits, period, paces)
         begin = State(conditions.speed_at(0.0, limits.start_feed)) if start is None else start
-        law = _held(path, limits, conditions, motion(conditions, strategy, mode, begin), begin.s)
+        law = _held(path, limits, conditions, (strategy, mode), begin)
         if not back or begin.s == 0.0:
             return law
         try:
-            behind = motion(conditions, strategy, replace(mode, bounded=False), State(), begin)
+            before = _held(path, limits, conditions, (strategy, replace(mode, bounded=False)), State(), begin)
         except PlanError as error:
             raise PlanError(f"back: {error}; or leave out back") from None
-        to = begin.s - SAME * path.length  # what waits there waits in the law
-        return _behind(_held(path, limits, conditions, behind, 0.0, to), law)
+        return _behind(before, law)
 
 
 def _held(
-    path: Track, limits: Limits, conditions: Conditions, law: TimeLaw, begin: float, end: float = np.inf
+    path: Track,
+    limits: Limits,
+    conditions: Conditions,
+    how: tuple[str, SolverSettings],
+    begin: State,
+    goal: State | None = None,
 ) -> TimeLaw:
-    """The law with what the path waits from `begin` to before `end`, mm, and held to the limits at ticks."""
-    law = with_dwells(law, [(s, wait) for s, wait in path.dwells if begin <= s < end], path.length)
-    at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
-    return held_at_ticks(law, path, limits, at_rest, conditions.passed[0], conditions.breaks)
+    """The motion between two states with what the path waits, held to the limits at ticks.
+
+    What cannot be slowed down there, next to an end in motion, is planned again with a share of the limits to spare.
+    """
+    strategy, mode = how
+    to = np.inf if goal is None else goal.s - SAME * path.length  # what waits there waits in the law behind it
+    waits = [(s, wait) for s, wait in path.dwells if begin.s <= s < to]
+    refused: MovingEndError | None = None
+    for spare in (mode.spare, *SPARES):
+        try:
+            law = with_dwells(motion(conditions, strategy, replace(mode, spare=spare), begin, goal), waits, path.length)
+            at_rest = np.unique(np.append(0, np.flatnonzero(law.coefficients[:, 1] == 0.0)))
+            return held_at_ticks(law, path, limits, at_rest, conditions.passed[0], conditions.breaks)
+        except MovingEndError as error:
+            refused = refused or error
+        except PlanError as error:
+            raise refused or error from None
+    assert refused is not None
+    raise refused
 
 
 def _behind(before: TimeLaw, law: TimeLaw) -> TimeLaw:
@@ -353,7 +372,7 @@ def _in_ticks(given: tuple[Conditions, SolverSettings], stretch: tuple[float, fl
     (conditions, mode), (low, high, start, stop) = given, stretch
     period = conditions.period
     if max(start.feed, stop.feed) == 0.0:
-        plan = plan_stretch(conditions, low, high, start, stop, mode)
+        plan = plan_stretch(conditions, low, high, start, stop, replace(mode, spare=0.0))
         if not plan.over <= HOPELESS:
             return plan, 0
         pieces = plan.pieces.stretched(math.sqrt(plan.over)) if plan.over > 1.0 else plan.pieces

@@ -19,6 +19,10 @@ MOST_TICKS = 1e9
 CHORD = -1
 
 
+class MovingEndError(PlanError):
+    """Setpoints next to an end in motion are over a limit, and such motion cannot be slowed down."""
+
+
 def held_at_ticks(law: TimeLaw, path: Track, limits: Limits, first: IntArray, passed: Array, breaks: Array) -> TimeLaw:
     """Slow a law down from one rest to the next where differences of its setpoints are over a limit.
 
@@ -45,7 +49,9 @@ def held_at_ticks(law: TimeLaw, path: Track, limits: Limits, first: IntArray, pa
     Raises
     ------
     PlanError
-        For what no feed mends, and next to an end in motion.
+        For what no feed mends.
+    MovingEndError
+        Next to an end in motion.
 
     Notes
     -----
@@ -76,7 +82,7 @@ def held_at_ticks(law: TimeLaw, path: Track, limits: Limits, first: IntArray, pa
     name = path.axes[axis] if 0 <= axis < len(path.axes) else "axes"
     what = "chords are over their limit" if axis == CHORD else f"the setpoints of {name} are over its limits"
     if moving[k]:
-        raise PlanError(
+        raise MovingEndError(
             f"at s = {s:.6g} mm {what}, and next to an end in motion nothing can be slowed down; end at rest there, "
             "lower the feed, or leave out the limits of that axis"
         )
