@@ -28,10 +28,6 @@ RAMP = 0.01
 TURN = 0.05
 #: The first guess of q, as a share of what limits of velocity and acceleration allow or of another solution.
 GUESS = 0.6
-#: Share of q at ends in motion from which faster ones are led up to, and the least rise that is tried, as a share.
-CALM, STEEPEST = 0.25, 0.01
-#: Newton steps in which a faster state is reached or is not: from a slower one it takes about twenty.
-TRIED = 120
 #: Length of cells next to rest, as a share of their distance from it.
 GROWTH = 0.35
 #: Share of every limit, as a factor on q, that motion leaves which is planned again: cells then lie elsewhere, and a
@@ -92,14 +88,11 @@ class Plan:
         A lower bound of its time, s.
     over : float
         The largest share of a limit in it, as a factor on q.
-    reached : float
-        Share of q at ends in motion up to which a solution keeps the rows.
     """
 
     pieces: MotionPieces
     bound: float
     over: float
-    reached: float = 1.0
 
     def q(self, samples: Samples) -> Array:
         """Its q at samples (n,), mm^2/s^2, and not almost 0."""
@@ -123,8 +116,8 @@ class Horizon:
         What the motion must keep.
     samples : Samples
         Of the stretch.
-    q : (n,) array
-        What is thought of q at the samples, mm^2/s^2, which decides where cells lie.
+    known : (n,) array or None
+        q at the samples in another motion between these ends, mm^2/s^2: it decides where cells lie, else `samples.q`.
     ends : (End, End)
         How the motion is at both ends.
     low, high : float
@@ -139,15 +132,16 @@ class Horizon:
         self,
         conditions: Conditions,
         samples: Samples,
-        q: Array,
+        known: Array | None,
         ends: tuple[End, End],
         low: float,
         high: float,
         mode: SolverSettings,
         laid: tuple[Array, BoolArray] | None = None,
     ) -> None:
-        self.conditions, self.samples, self.q, self.ends, self.low, self.high = conditions, samples, q, ends, low, high
-        self.alone = mode.alone
+        self.conditions, self.samples, self.ends, self.low, self.high = conditions, samples, ends, low, high
+        q = samples.q if known is None else known
+        self.q, self.known, self.alone = q, known is not None, mode.alone
         nodes, jumps = laid or lay(conditions, samples, q, low, high, ends, mode.cell, mode.growth)
         self.nodes, self.jumps = nodes, jumps
         self.spline = Spline.on(nodes, jumps, conditions.slope_jumps_at(nodes, jumps))
@@ -208,49 +202,15 @@ class Horizon:
         c[used], z[:, at] = found.c, found.z
         return dataclasses.replace(found, c=self.problem.complete(c), z=z)
 
-    def solved(self, c: Array, tolerance: float) -> Solution:
-        """The solution from coefficients c; see `solve`.
-
-        Where rows do not hold: by way of slower states at the ends, each from the solution before, sped up next to the
-        ends. `reached` is the share of q there up to which rows hold.
-        """
-        found = solve(self.problem, c, tolerance)
-        if found.kept or all(end.rest or end.free for end in self.ends):
-            return found
-        share, step, near = CALM, 1.0 / CALM, self._near_ends()
-        slow = solve(self.problem.slower(share), self.guess(share), tolerance)
-        while slow.kept and step > 1.0 + STEEPEST:
-            step = step**0.5
-            higher = min(share * step, 1.0)
-            faster = slow.c * (1.0 + (higher / share - 1.0) * near)
-            tried = solve(self.problem.slower(higher), faster, tolerance, slow.z, TRIED)
-            if tried.kept:
-                slow, share, step = tried, higher, step**2
-                if share == 1.0:
-                    return slow
-        return dataclasses.replace(found, reached=share if slow.kept else 0.0)
-
-    def _near_ends(self) -> Array:
-        """How much of a faster state at the ends coefficients (m,) take: less up to twice the way in which it stops."""
-        at, near = self.spline.greville(), np.zeros(self.spline.size)
-        for end, place in zip(self.ends, (self.low, self.high), strict=True):
-            if not end.rest and not end.free:
-                near = np.maximum(near, 1.0 - np.abs(at - place) * self.samples.push / end.q)
-        return near
-
-    def guess(self, share: float = 1.0) -> Array:
-        """Guess coefficients to begin with, a share of the least q that is thought to be where each acts.
-
-        Parameters
-        ----------
-        share : float
-            Of q and q' at the ends.
+    def guess(self) -> Array:
+        """Guess coefficients to begin with.
 
         Returns
         -------
         (m,) array
-            Less next to rest; from rest to rest so little that every row holds: a solution from there hangs less on
-            rounding.
+            A share of the least q that is thought to be where each acts, less next to rest; from rest to rest so little
+            that every row holds: a solution from there hangs less on rounding. Towards an end in motion more and more
+            what another motion does there, as far as that is known: a state at its limits allows no bend away from it.
         """
         at, size = self.spline.greville(), self.spline.size
         thought = np.interp(self.spline.t, self.samples.s, self.q)
@@ -259,10 +219,16 @@ class Horizon:
             if end.rest:
                 ramp = (np.maximum(away, end.ramp) / end.ramp) ** (4.0 / 3.0)
                 c = np.minimum(c, 0.9 * self.problem.rows.top[place] * ramp)
-            else:  # it slows down as it surely can, or as it must where only half of its q or less is possible
-                far = np.abs(self.samples.s - (self.low, self.high)[place])
-                must = (share * end.q - 2.0 * self.q) / np.maximum(far, TINY)
-                c = np.maximum(c, share * end.q - max(2.0 * self.samples.push, float(np.max(must))) * away)
+                continue
+            if end.free:
+                continue
+            far = np.abs(self.samples.s - (self.low, self.high)[place])
+            if self.known:
+                near = np.maximum(1.0 - away * self.samples.push / end.q, 0.0)
+                c += near * (np.interp(at, self.samples.s, self.q) * end.q / self.q[np.argmin(far)] - c)
+            # it slows down as it surely can, or as it must where only half of its q or less is possible
+            must = (end.q - 2.0 * self.q) / np.maximum(far, TINY)
+            c = np.maximum(c, end.q - max(2.0 * self.samples.push, float(np.max(must))) * away)
         if all(end.rest for end in self.ends):
             q, slope, bend = self.problem.look(self.problem.complete(c))[0]
             v = np.sqrt(np.maximum(q, TINY))
@@ -343,7 +309,7 @@ def plan_window(
         most = float(np.max(worst_shares(conditions, steady, high)[0]))
         return Plan(steady, steady.duration, most if most > 1.0 + SAME else 0.0)
     ends = _ends(conditions, samples, low, high, start, stop)
-    window = Horizon(conditions, samples, samples.q if like is None else like.q(samples), ends, low, high, mode)
+    window = Horizon(conditions, samples, None if like is None else like.q(samples), ends, low, high, mode)
     if len(conditions.jumps_worth_cells(low, high, samples.s, samples.q)[0]):
         # cells beside a jump end where its reach does, which is a matter of the feed there
         rough = solve(window.problem, window.guess(), FASTER - 1.0)
@@ -356,7 +322,7 @@ def plan_window(
     goal = (1.0 - UNSEEN) * factor if exact else np.full_like(factor, 1.0 + mode.tolerance)
     often, near, almost = np.zeros_like(factor), np.ones(len(window), dtype=bool), 1.0 - 0.5 * mode.tolerance
     z: Array | None = None
-    bound, before, reached = 0.0, None, 1.0
+    bound, before = 0.0, None
     found: list[Plan] = []
     for k in range(2 * ROUNDS + 1):
         window.hold(factor)
@@ -364,8 +330,7 @@ def plan_window(
         if before is not None and z is not None:  # what was over a limit is solved again near itself only
             solution = window.solved_near(near, c, mode.tolerance, z)
         if solution is None:
-            solution = window.solved(c, mode.tolerance) if z is None else solve(window.problem, c, mode.tolerance, z)
-        reached = min(reached, solution.reached)
+            solution = solve(window.problem, c, mode.tolerance, z)
         c, z = solution.c, solution.z
         if k == 0 and mode.bounded:
             bound = lower_bound(conditions, window.problem, solution, low, high, mode.tolerance)
@@ -391,7 +356,7 @@ def plan_window(
         factor = np.where(lower, factor / (over * (1.0 + 0.5 * mode.tolerance)) ** often, factor)
     best = min(found, key=lambda plan: (exact and plan.over > 1.0 + KEPT, plan.seconds))
     unseen = 1.0 if exact else 1.0 + UNSEEN
-    return dataclasses.replace(best, bound=bound, over=best.over * unseen, reached=reached)
+    return dataclasses.replace(best, bound=bound, over=best.over * unseen)
 
 
 def _turned(conditions: Conditions, window: Horizon, c: Array, mode: SolverSettings) -> tuple[Horizon, Array]:
@@ -429,7 +394,7 @@ def _turned(conditions: Conditions, window: Horizon, c: Array, mode: SolverSetti
         if not found.kept:
             if left == ROUNDS:
                 window.problem.hold(window.rows(np.full(len(window.at), way)))
-            found = window.solved(window.guess(), mode.tolerance)
+            found = solve(window.problem, window.guess(), mode.tolerance)
         c = found.c
         y = window.problem.look(window.problem.complete(c))[0]
         slope = way * (window.tip[0] * y[0] + window.tip[1] * y[1])

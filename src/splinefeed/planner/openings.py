@@ -1,8 +1,8 @@
-"""A motion from a state at its limits, where cubics in s cannot follow them: its beginning in closed form.
+"""A motion from a state at its limits, where cubics in s cannot follow them or are not found: more ways to begin.
 
-Two beginnings have one. On the last bit to a rest the jerk stays what it is: j = a^2 / (2 v), and rest is 2 v^2 / (3 a)
-ahead. On a straight line limits do not change: the acceleration is released at full jerk, at once or behind a brake,
-and a profile of seven phases goes on from there. The audit has the last word on each.
+On a straight line limits do not change: the acceleration is released at full jerk, at once or behind a brake, and a
+profile of seven phases goes on from there. To a rest nearby one quintic leads, which shows cubics the way where it is
+over a limit. Elsewhere the motion from a slower state does. The audit has the last word on each.
 """
 
 from __future__ import annotations
@@ -22,14 +22,15 @@ from splinefeed.planner.horizon import Plan, SolverSettings, plan_window
 from splinefeed.planner.law import MotionPieces, joined, quintics
 from splinefeed.planner.profiles import pieces, ramp, solve
 from splinefeed.planner.straight import straight_ahead
-from splinefeed.records import LAW_COEFFICIENTS, REST, State
+from splinefeed.records import LAW_COEFFICIENTS, State
 
 #: What a beginning in closed form may take of a limit beyond it: less than KEPT, more than states round by.
 OVER = 1e-7
-#: Feeds at the ends of a motion from which a second try begins, and cells of a third, as shares of those of the first.
-CALM, FINER = 0.5, 0.25
-#: A last bit to rest takes way and time of constant jerk, but for this share; so many times are tried.
-LAST_BIT, TRIED = 0.1, 41
+#: Feeds at the ends of a motion which shows the way, and cells, as shares of those of the first try.
+CALM, FINER = 0.5, 0.5
+#: A quintic shows the way to a rest if it is over a limit by no more than this, as a factor on q; its time is up to
+#: SLOWEST times that at the feed it begins with, of which ROUNDS times TRIED are tried.
+BRIDGING, SLOWEST, ROUNDS, TRIED = 2.0, 5.0, 2, 21
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,8 +93,8 @@ def plan_from(
     Returns
     -------
     Plan
-        Where cubics find none: with a beginning in closed form, then from where a motion from slower states leads, then
-        with finer cells.
+        Where cubics find none: with a beginning in closed form, then from where another motion leads, then with finer
+        cells.
 
     Raises
     ------
@@ -113,11 +114,15 @@ def plan_from(
         for opening in openings:
             with suppress(PlanError):
                 yield _continued(conditions, opening, high, stop, mode)
+        bridge = _bridge(conditions, low, high, start) if start.acceleration < 0.0 and stop.feed == 0.0 else None
+        if bridge is not None:
+            yield bridge
         with suppress(PlanError):
-            calm = between(start.slower(CALM), stop.slower(CALM), mode)
-            yield between(start, stop, mode, calm)
-            finer = replace(mode, cell=FINER * mode.cell, growth=FINER * mode.growth, alone=True)
-            yield between(start, stop, finer, calm)
+            like = bridge or between(start.slower(CALM), stop.slower(CALM), mode)
+            finer = FINER if bridge is None else FINER**2  # it is short
+            for share in (1.0, finer, finer**2):
+                fine = replace(mode, cell=share * mode.cell, growth=share * mode.growth, alone=share < 1.0)
+                yield between(start, stop, fine, like)
 
     found: list[Plan] = []
     for plan in tries():
@@ -140,11 +145,9 @@ def _openings(conditions: Conditions, low: float, high: float, start: State, sto
     if start.feed == 0.0:
         return []
     end, limits = straight_ahead(conditions, low, high)
-    found = _last_bit(conditions, low, high, start)
     if not end > low:
-        return found
-    on_line = _on_a_line(_Line(low, end, *limits.tolist()), high, start, stop, _near(conditions, low, high))
-    return None if on_line is None else found + on_line
+        return []
+    return _on_a_line(_Line(low, end, *limits.tolist()), high, start, stop, _near(conditions, low, high))
 
 
 def _continued(conditions: Conditions, opening: Opening, high: float, stop: State, mode: SolverSettings) -> Plan:
@@ -156,15 +159,18 @@ def _continued(conditions: Conditions, opening: Opening, high: float, stop: Stat
     return Plan(joined([opening.pieces, rest.pieces]), 0.0, max(own, rest.over))
 
 
-def _last_bit(conditions: Conditions, low: float, high: float, start: State) -> list[Opening]:
-    """To rest at `high` by one quintic, where that takes about as long as under the jerk of a last bit."""
-    v, a = start.feed, start.acceleration
-    if a < 0.0 and abs(-2.0 * v * v / (3.0 * a) - (high - low)) < LAST_BIT * (high - low):
-        spans = -2.0 * v / a * np.linspace(1.0 - LAST_BIT, 1.0 + LAST_BIT, TRIED)
-        ends = np.array([low, high]), np.array([v, 0.0]), np.array([a]), np.array([0.0])
-        tried = [Opening(MotionPieces(t[None], quintics(*ends, t[None])), high, REST) for t in spans]
-        return [min(tried, key=lambda each: float(np.max(worst_shares(conditions, each.pieces, high)[0])))]
-    return []
+def _bridge(conditions: Conditions, low: float, high: float, start: State) -> Plan | None:
+    """One quintic to rest at `high`, of a time with which it is least over limits; None if that is far."""
+    ends = np.array([low, high]), np.array([start.feed, 0.0]), np.array([start.acceleration]), np.array([0.0])
+    spans = (high - low) / start.feed * np.linspace(1.0, SLOWEST, TRIED)
+    best = None
+    for _ in range(ROUNDS):
+        tried = [MotionPieces(t[None], quintics(*ends, t[None])) for t in spans]
+        over = [float(np.max(worst_shares(conditions, each, high)[0])) for each in tried]
+        k = int(np.argmin(over))
+        best = Plan(tried[k], 0.0, over[k])
+        spans = np.linspace(spans[max(k - 1, 0)], spans[min(k + 1, TRIED - 1)], TRIED)
+    return best if best is not None and best.over <= BRIDGING else None
 
 
 def _on_a_line(line: _Line, high: float, start: State, stop: State, near: float) -> list[Opening] | None:

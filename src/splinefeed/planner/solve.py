@@ -80,15 +80,12 @@ class Solution:
         Multipliers to go on from.
     kept : bool
         Whether every row holds.
-    reached : float
-        Share of q at ends in motion up to which every row can hold.
     """
 
     c: Array
     time: float
     z: Array
     kept: bool
-    reached: float = 1.0
 
 
 class Problem:
@@ -154,12 +151,6 @@ class Problem:
         part._carry()
         part.hold(self.rows.at(at))
         return part, used, at
-
-    def slower(self, share: float) -> Problem:
-        """The problem with this share of q and q' where a state gives them."""
-        slow = copy(self)
-        slow.given, slow.offset = share * self.given, share * self.offset
-        return slow
 
     def _hold(self, end: End, side: int) -> None:
         """Take the coefficients that an end decides out of the basis: q' = 4/3 q / ramp at rest, else q and q'."""
@@ -281,7 +272,7 @@ class Problem:
         return float(np.sum(self.weight * r))
 
 
-def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, steps: int = STEPS) -> Solution:
+def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Solution:
     """Find coefficients of a time within a share of the least.
 
     Parameters
@@ -294,8 +285,6 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, steps:
         The share.
     z : (rows, n) array, optional
         Multipliers to go on from.
-    steps : int, optional
-        Newton steps, at most.
 
     Returns
     -------
@@ -316,7 +305,7 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None, steps:
     mu = (FAR if z is None else NEAR) * time / problem.count
     z = mu / s if z is None else np.clip(z, 0.1 * mu / s, 10.0 * mu / s)
     before, fall = time, np.inf
-    for _ in range(steps):
+    for _ in range(STEPS):
         residual = g + s
         dc = problem.newton(y, r, z, s, (mu + z * residual) / s)
         if dc is None:

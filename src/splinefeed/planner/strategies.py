@@ -468,18 +468,14 @@ def _out_of_reach(
         feed, acceleration = (float(f"{each * down:.6g}") for each in (v * given.feed, a * given.acceleration))
         return State(feed, acceleration if feed > 0.0 else 0.0, given.s)
 
-    def planned(state: State, mode: SolverSettings | None = None) -> Plan | None:
-        return tried(start, state, mode) if at_end else tried(state, stop, mode)
-
     def fits(state: State, mode: SolverSettings | None = None) -> bool:
-        return state.feed == 0.0 or possible(planned(state, mode))
+        ends = (start, state) if at_end else (state, stop)
+        return state.feed == 0.0 or possible(tried(*ends, mode))
 
     whole = given.acceleration == 0.0 or not fits(calm)
     least, most = 0.0, 1.0
     if whole:
-        plan = planned(given)
-        reached = plan.reached if plan is not None and plan.reached > 0.0 else 1.0
-        most = min(reached, 1.0 / over_at(conditions, place, given)) ** 0.5
+        most = min(1.0 / over_at(conditions, place, given), 1.0) ** 0.5
     if most < 1.0 and fits(written(most)):
         least = most
     else:
