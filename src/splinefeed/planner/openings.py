@@ -1,8 +1,8 @@
 """A motion from a state at its limits, where cubics in s cannot follow them or are not found: more ways to begin.
 
 On a straight line limits do not change: the acceleration is released at full jerk, at once or behind a brake, and a
-profile of seven phases goes on from there. To a rest nearby one quintic leads, which shows cubics the way where it is
-over a limit. Elsewhere the motion from a slower state does. The audit has the last word on each.
+profile of seven phases goes on from there. Elsewhere the motion from a slower state shows cubics the way. To a rest
+nearby one quintic leads, which shows it where it is over a limit. The audit has the last word on each.
 """
 
 from __future__ import annotations
@@ -28,8 +28,10 @@ from splinefeed.records import LAW_COEFFICIENTS, State
 OVER = 1e-7
 #: Feeds at the ends of a motion which shows the way, and cells, as shares of those of the first try.
 CALM, FINER = 0.5, 0.5
-#: A quintic shows the way to a rest if it is over a limit by no more than this, as a factor on q; its time is up to
-#: SLOWEST times that at the feed it begins with, of which ROUNDS times TRIED are tried.
+#: How far ahead, in units of v^2 / |a|, a rest may be for a quintic to show the way, ...
+LAST_BIT = 0.1, 1.0
+#: ... which is over a limit by no more than this, as a factor on q; its time is up to SLOWEST times that at the feed it
+#: begins with, of which ROUNDS times TRIED are tried.
 BRIDGING, SLOWEST, ROUNDS, TRIED = 2.0, 5.0, 2, 21
 
 
@@ -109,20 +111,23 @@ def plan_from(
     def between(start: State, stop: State, mode: SolverSettings, like: Plan | None = None) -> Plan:
         return plan_window(conditions, low, high, start, stop, mode, exact=True, known=known, like=like)
 
+    def led(like: Plan, finer: float) -> Iterator[Plan]:
+        for share in (1.0, finer, finer**2):
+            fine = replace(mode, cell=share * mode.cell, growth=share * mode.growth, alone=share < 1.0)
+            with suppress(PlanError):
+                yield between(start, stop, fine, like)
+
     def tries() -> Iterator[Plan]:
         yield between(start, stop, mode)
         for opening in openings:
             with suppress(PlanError):
                 yield _continued(conditions, opening, high, stop, mode)
-        bridge = _bridge(conditions, low, high, start) if start.acceleration < 0.0 and stop.feed == 0.0 else None
+        with suppress(PlanError):
+            yield from led(between(start.slower(CALM), stop.slower(CALM), mode), FINER)
+        bridge = _bridge(conditions, low, high, start) if stop.feed == 0.0 else None
         if bridge is not None:
             yield bridge
-        with suppress(PlanError):
-            like = bridge or between(start.slower(CALM), stop.slower(CALM), mode)
-            finer = FINER if bridge is None else FINER**2  # it is short
-            for share in (1.0, finer, finer**2):
-                fine = replace(mode, cell=share * mode.cell, growth=share * mode.growth, alone=share < 1.0)
-                yield between(start, stop, fine, like)
+            yield from led(bridge, FINER**2)  # it is short
 
     found: list[Plan] = []
     for plan in tries():
@@ -160,7 +165,12 @@ def _continued(conditions: Conditions, opening: Opening, high: float, stop: Stat
 
 
 def _bridge(conditions: Conditions, low: float, high: float, start: State) -> Plan | None:
-    """One quintic to rest at `high`, of a time with which it is least over limits; None if that is far."""
+    """One quintic to rest at `high`, of a time with which it is least over limits; None if that is far.
+
+    Under constant jerk, as on the last bit, rest is 2/3 v^2 / |a| ahead.
+    """
+    if not LAST_BIT[0] < (high - low) * -start.acceleration / start.feed**2 < LAST_BIT[1]:
+        return None
     ends = np.array([low, high]), np.array([start.feed, 0.0]), np.array([start.acceleration]), np.array([0.0])
     spans = (high - low) / start.feed * np.linspace(1.0, SLOWEST, TRIED)
     best = None
