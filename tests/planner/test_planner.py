@@ -158,7 +158,7 @@ def test_between_two_feeds_the_optimum_is_up_and_down_at_the_limit() -> None:
 
 def test_a_window_goes_from_state_to_state() -> None:
     setting = conditions_of(cases.butterfly(), cases.axis_limits("A"))
-    mode = SolverSettings(cell=0.4, tolerance=2e-3, cells=400)
+    mode = SolverSettings(cell=0.4, tolerance=2e-3, cells=400, open=0.25)
     whole = plan_window(setting, 0.0, 200.0, REST, REST, mode, exact=True)
     k = len(whole.pieces) // 2
     row = whole.pieces.coefficients[k]

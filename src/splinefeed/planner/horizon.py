@@ -32,7 +32,7 @@ GUESS = 0.6
 GROWTH = 0.35
 #: Share of every limit, as a factor on q, that motion leaves which is planned again: cells then lie elsewhere, and a
 #: motion from a state on it at its very limits might not keep them.
-YIELDING = 1e-3
+YIELDING = 3e-3
 #: What the audit may not see of a peak between its places, as a factor on q: 3e-6 was found.
 UNSEEN = 1e-5
 #: Places at which a piece of another motion is looked at.
@@ -54,12 +54,14 @@ class SolverSettings:
         by which the audit may find a motion over it.
     cells : int
         In a window, about.
+    open : float
+        Share of these, the last ones, that do not become final where a window goes on: the end at rest is near.
+    yielding : bool, optional
+        Whether these leave YIELDING of every limit.
     bounded : bool, optional
         Whether a lower bound of the time is wanted.
     spare : float, optional
         Share of every limit, as a factor on q, that a motion with an end in motion leaves.
-    open : float, optional
-        Share of the window's cells, the last ones, that leave YIELDING of every limit.
     growth : float, optional
         Length of cells next to rest, as a share of their distance from it.
     alone : bool, optional
@@ -69,9 +71,10 @@ class SolverSettings:
     cell: float
     tolerance: float
     cells: int
+    open: float
+    yielding: bool = False
     bounded: bool = False
     spare: float = 0.0
-    open: float = 0.0
     growth: float = GROWTH
     alone: bool = False
 
@@ -318,7 +321,8 @@ def plan_window(
     if conditions.two_jerks:
         window, c = _turned(conditions, window, c, mode)
     factor = np.full((3, len(window)), 1.0 - mode.spare)
-    factor[:, len(window) - int(mode.open * len(window)) :] *= 1.0 - YIELDING
+    if mode.yielding:
+        factor[:, len(window) - int(mode.open * len(window)) :] *= 1.0 - YIELDING
     goal = (1.0 - UNSEEN) * factor if exact else np.full_like(factor, 1.0 + mode.tolerance)
     often, near, almost = np.zeros_like(factor), np.ones(len(window), dtype=bool), 1.0 - 0.5 * mode.tolerance
     z: Array | None = None

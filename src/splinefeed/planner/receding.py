@@ -18,9 +18,8 @@ from splinefeed.planner.straight import straights
 from splinefeed.records import REST, Array, Limits, State
 from splinefeed.telling import tell
 
-#: Share of a window's pieces that do not become final, as what follows still matters to them. What is left of a stretch
-#: joins a window that would hold so much more. Of one that was not waited for EARLY stays open: its end is nearer.
-OPEN, EARLY = 0.25, 0.5
+#: What is left of a stretch joins a window if that holds no more than so many times its cells then.
+JOINS = 1.25
 
 
 class OutOfReachError(PlanError):
@@ -98,7 +97,6 @@ class RecedingHorizon:
         stop: State,
         *,
         ends_here: bool,
-        share: float = OPEN,
     ) -> MotionPieces:
         """Plan the next final motion; where no new plan keeps the limits, take the next part of the last one, to rest.
 
@@ -114,8 +112,6 @@ class RecedingHorizon:
             How the motion is there.
         ends_here : bool
             Whether the motion ends there.
-        share : float, optional
-            Of the window's pieces that does not become final.
 
         Returns
         -------
@@ -128,7 +124,7 @@ class RecedingHorizon:
             Where there is no plan: from the state the motion cannot keep the limits.
         """
         into = stop if ends_here else REST
-        mode = replace(mode, open=0.0 if ends_here else share)
+        mode = replace(mode, yielding=not ends_here)
         try:
             with np.errstate(all="ignore"):  # what is not a number is not a motion to take
                 if max(self.state.feed, into.feed) > 0.0:
@@ -140,7 +136,7 @@ class RecedingHorizon:
         except PlanError:
             if self.left is None:
                 raise
-            return self._take(self.left, _final(len(self.left), share), self.end, REST)
+            return self._take(self.left, _final(len(self.left), mode.open), self.end, REST)
         self.work += len(plan.pieces)
         moving = self.state.feed > 0.0 or (ends_here and stop.feed > 0.0)
         if plan.over > 1.0 + KEPT and self.left is not None:
@@ -160,7 +156,7 @@ class RecedingHorizon:
             self.limits = conditions.limits
             if ends_here:
                 return self._take(pieces, len(pieces), end, stop)
-        return self._take(pieces, _final(len(pieces), share), end, REST)
+        return self._take(pieces, _final(len(pieces), mode.open), end, REST)
 
     def hold(self, conditions: Conditions, mode: SolverSettings, high: float) -> MotionPieces:
         """Motion to rest on the shortest way that the limits allow, no further than `high`, mm, if rest is there.
@@ -221,7 +217,7 @@ class RecedingHorizon:
 
     def reach(self, conditions: Conditions, mode: SolverSettings, high: float) -> float:
         """Where a window of about `mode.cells` cells ends, mm: `high` if there is no more."""
-        near, self.ahead, self.samples = counted(conditions, self.low, high, mode.cell, mode.cells, 1.0 + OPEN)
+        near, self.ahead, self.samples = counted(conditions, self.low, high, mode.cell, mode.cells, JOINS)
         return near
 
     def move(self, origin: float) -> None:

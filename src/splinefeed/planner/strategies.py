@@ -29,8 +29,8 @@ from splinefeed.workers import spread
 #: What the modes are called.
 TIME_OPTIMAL, LOOK_AHEAD = "time-optimal", "look-ahead"
 MODES = {
-    TIME_OPTIMAL: SolverSettings(cell=0.2, tolerance=2e-4, cells=4000),
-    LOOK_AHEAD: SolverSettings(cell=0.5, tolerance=5e-3, cells=400),
+    TIME_OPTIMAL: SolverSettings(cell=0.2, tolerance=2e-4, cells=4000, open=1 / 16),
+    LOOK_AHEAD: SolverSettings(cell=0.5, tolerance=5e-3, cells=400, open=1 / 4),
 }
 #: A motion over a limit is slowed down as a whole: a note says so where that is by more than this, as a factor on q.
 POOR = 1.2

@@ -15,7 +15,7 @@ from splinefeed.paths.path import Path
 from splinefeed.planner.conditions import Conditions
 from splinefeed.planner.constants import ALMOST, SAME
 from splinefeed.planner.law import MotionPieces
-from splinefeed.planner.receding import EARLY, OPEN, RecedingHorizon
+from splinefeed.planner.receding import JOINS, RecedingHorizon
 from splinefeed.planner.strategies import LOOK_AHEAD, MODES, check_limits, conditions_of
 from splinefeed.records import LAW_COEFFICIENTS, REST, Limits, State, TimeLaw, positive
 
@@ -23,6 +23,8 @@ from splinefeed.records import LAW_COEFFICIENTS, REST, Limits, State, TimeLaw, p
 WINDOW, LEAST_WINDOW = MODES[LOOK_AHEAD].cells, 20
 #: A window that was not full is looked for again when so many times as many curves are known.
 AGAIN = 2
+#: Share of a window that was not waited for that stays open: its end is nearer.
+EARLY = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -373,11 +375,11 @@ class LookAhead:
                 continue
             near = horizon.reach(conditions, self._mode, high)
             if not last and near == high and not early:
-                self._looked = (path.length - horizon.low) * max(1.0 + OPEN, (1.0 - OPEN) / horizon.ahead)
+                self._looked = (path.length - horizon.low) * max(JOINS, (1.0 - self._mode.open) / horizon.ahead)
                 self._looked_curves = AGAIN * len(path.curves)  # length alone tells little behind a long line
                 break
-            share = EARLY if early else OPEN
-            pieces = horizon.advance(conditions, self._mode, near, end, ends_here=last and near == high, share=share)
+            mode = replace(self._mode, open=EARLY) if early else self._mode
+            pieces = horizon.advance(conditions, mode, near, end, ends_here=last and near == high)
             self._begun, self._looked = True, 0.0
             yield self._block(path, pieces, begin, waits)
             if early:
