@@ -20,6 +20,8 @@ from splinefeed.telling import tell
 
 #: What is left of a stretch joins a window if that holds no more than so many times its cells then.
 JOINS = 1.25
+#: Share of what is left of the last plan that stays open where no new one is found: it soon slows down to rest.
+AGAIN = 0.5
 
 
 class OutOfReachError(PlanError):
@@ -125,6 +127,7 @@ class RecedingHorizon:
         """
         into = stop if ends_here else REST
         mode = replace(mode, yielding=not ends_here)
+        plan = None
         try:
             with np.errstate(all="ignore"):  # what is not a number is not a motion to take
                 if max(self.state.feed, into.feed) > 0.0:
@@ -133,30 +136,29 @@ class RecedingHorizon:
                     plan = plan_window(
                         conditions, self.low, near, self.state, into, mode, exact=True, known=self.samples
                     )
+                self.work += len(plan.pieces)
         except PlanError:
             if self.left is None:
                 raise
-            return self._take(self.left, _final(len(self.left), mode.open), self.end, REST)
-        self.work += len(plan.pieces)
+        if self.left is not None and (plan is None or plan.over > 1.0 + KEPT):
+            return self._take(self.left, _final(len(self.left), AGAIN), self.end, REST)
+        assert plan is not None
         moving = self.state.feed > 0.0 or (ends_here and stop.feed > 0.0)
-        if plan.over > 1.0 + KEPT and self.left is not None:
-            pieces, end = self.left, self.end
-        elif not plan.over < HOPELESS and not moving:
+        if not plan.over < HOPELESS and not moving:
             raise PlanError(
                 f"{conditions.between(self.low, near)} no motion within the limits was found: the path bends or "
                 "turns too sharply there; smooth it"
             )
-        elif plan.over > 1.0 + KEPT and moving:
+        if plan.over > 1.0 + KEPT and moving:
             raise OutOfReachError(
                 f"from {self.state.feed:g} mm/s at s = {self.low:.6g} mm the motion up to {near:.6g} mm is over a "
                 f"limit by {100.0 * (plan.over - 1.0):.3g} %"
             )
-        else:
-            pieces, end = plan.pieces.stretched(plan.over**0.5 if plan.over > 1.0 + KEPT else 1.0), near
-            self.limits = conditions.limits
-            if ends_here:
-                return self._take(pieces, len(pieces), end, stop)
-        return self._take(pieces, _final(len(pieces), mode.open), end, REST)
+        pieces = plan.pieces.stretched(plan.over**0.5 if plan.over > 1.0 + KEPT else 1.0)
+        self.limits = conditions.limits
+        if ends_here:
+            return self._take(pieces, len(pieces), near, stop)
+        return self._take(pieces, _final(len(pieces), mode.open), near, REST)
 
     def hold(self, conditions: Conditions, mode: SolverSettings, high: float) -> MotionPieces:
         """Motion to rest on the shortest way that the limits allow, no further than `high`, mm, if rest is there.
