@@ -102,8 +102,9 @@ def _rising(x: Array, a: Array, v: Array) -> Array:
 
 
 def _peaks(found: Array, signs: Array, jerks: int) -> tuple[Array, Array]:
-    """The largest of shares (k, places, n), (k, n), with what parabolas tell between places; what it is below, (n,).
+    """The largest of shares (k, places, n), (k, n), with what is told between places; what it is below, (n,).
 
+    A parabola through three places tells it, or the quartic through five where that is higher at the parabola's peak.
     signs (places, n) of the tip's acceleration: where they differ the limit of jerk does, and no parabola goes through
     shares of it, which the last `jerks` are.
     """
@@ -112,6 +113,11 @@ def _peaks(found: Array, signs: Array, jerks: int) -> tuple[Array, Array]:
         bend = 2.0 * here - below - above
         peak = (here >= below) & (here >= above) & (bend > 0.0)
         peak[len(peak) - jerks :] &= (signs[:-2] == signs[1:-1]) & (signs[2:] == signs[1:-1])
-        rise = np.where(peak, (above - below) ** 2 / (8.0 * bend), 0.0)
+        x = np.where(peak, (above - below) / (2.0 * bend), 0.0)
+        rise = 0.25 * x * (above - below)
+        far, near = found[:, 4:] - found[:, :-4], above[:, 1:-1] - below[:, 1:-1]
+        fourth = np.diff(found, 4, axis=1)
+        quartic = (x[:, 1:-1] ** 2 - 1.0) * x[:, 1:-1] * ((far - 2.0 * near) / 12.0 + x[:, 1:-1] * fourth / 24.0)
+        rise[:, 1:-1] += np.maximum(np.where(peak[:, 1:-1], quartic, 0.0), 0.0)
         peaks = np.maximum(found.max(axis=1), np.nan_to_num(here + rise, nan=np.inf, posinf=np.inf).max(axis=1))
         return peaks, np.max(peaks + DOUBT / found.shape[1] * np.abs(bend).max(axis=1), axis=0)
