@@ -102,9 +102,9 @@ def _rising(x: Array, a: Array, v: Array) -> Array:
 
 
 def _peaks(found: Array, signs: Array, jerks: int) -> tuple[Array, Array]:
-    """The largest of shares (k, places, n), (k, n), with what is told between places; what it is below, (n,).
+    """The largest of shares (k, places, n), (k, n), also between places; what it is below, (n,).
 
-    A parabola through three places tells it, or the quartic through five where that is higher at the parabola's peak.
+    There it is the peak of a parabola through three, or of the quartic through five where that is higher.
     signs (places, n) of the tip's acceleration: where they differ the limit of jerk does, and no parabola goes through
     shares of it, which the last `jerks` are.
     """
