@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import splinefeed as sf
+from splinefeed.planner.audit import _peaks
 
 pytestmark = pytest.mark.nojit
 
@@ -90,3 +91,16 @@ def test_what_no_limit_of_an_axis_bounds():
         sf.plan(
             jumps, sf.Limits(feed=20.0, axis_acceleration=500.0, axis_jerk=1e4), strategy="time-optimal", period=None
         )
+
+
+@pytest.mark.parametrize("top", [0.1, 0.3, 0.5, -0.4])
+def test_a_peak_between_places_of_what_swings_is_found(top):
+    """Of cos(0.35 (n - top)) at whole n: the largest is 1, which a parabola through three places misses."""
+    n = np.arange(-8.0, 9.0)
+    shares = np.cos(0.35 * (n - top))[None, :, None]
+    peaks, below = _peaks(shares, np.zeros((len(n), 1)), 1)
+    before, here, behind = shares[0, 7:10, 0]
+    missed = 1.0 - here - (behind - before) ** 2 / (8.0 * (2.0 * here - before - behind))
+    assert missed > 1e-5
+    assert abs(1.0 - float(peaks[0, 0])) <= 0.1 * missed
+    assert float(below[0]) >= 1.0

@@ -33,7 +33,8 @@ TOWARDS = 0.5 ** np.arange(1.0, -np.log2(INSIDE))
 FINEST = (6e4 * np.finfo(float).eps) ** 0.5
 #: No window has more cells, nor more samples.
 MOST_CELLS = 200_000
-#: Breaks up to which cells are counted first, as a share of the cells sought, and so many times those that seem to do.
+#: Cells are counted first over so many breaks, as a share of the cells sought; then over so many times the breaks that
+#: seem to be enough.
 FEW, MORE = 1 / 16, 1.2
 #: The motion may pass a jump this much faster than is thought when cells are laid.
 FASTER = 1.03

@@ -31,8 +31,8 @@ CALM, FINER = 0.5, 0.5
 #: How far ahead, in units of v^2 / |a|, a rest may be for a quintic to show the way, ...
 LAST_BIT = 0.1, 1.0
 #: ... which is over a limit by no more than this, as a factor on q; its time is up to SLOWEST times that at the feed it
-#: begins with, of which ROUNDS times TRIED are tried.
-BRIDGING, SLOWEST, ROUNDS, TRIED = 2.0, 5.0, 2, 21
+#: begins with, of which PASSES times TRIED are tried.
+BRIDGING, SLOWEST, PASSES, TRIED = 2.0, 5.0, 2, 21
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +174,7 @@ def _bridge(conditions: Conditions, low: float, high: float, start: State) -> Pl
     ends = np.array([low, high]), np.array([start.feed, 0.0]), np.array([start.acceleration]), np.array([0.0])
     spans = (high - low) / start.feed * np.linspace(1.0, SLOWEST, TRIED)
     best = None
-    for _ in range(ROUNDS):
+    for _ in range(PASSES):
         tried = [MotionPieces(t[None], quintics(*ends, t[None])) for t in spans]
         over = [float(np.max(worst_shares(conditions, each, high)[0])) for each in tried]
         k = int(np.argmin(over))

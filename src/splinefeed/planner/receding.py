@@ -21,7 +21,7 @@ from splinefeed.telling import tell
 #: What is left of a stretch joins a window if that holds no more than so many times its cells then.
 JOINS = 1.25
 #: Share of what is left of the last plan that stays open where no new one is found: it soon slows down to rest.
-AGAIN = 0.5
+HELD_BACK = 0.5
 
 
 class OutOfReachError(PlanError):
@@ -141,7 +141,7 @@ class RecedingHorizon:
             if self.left is None:
                 raise
         if self.left is not None and (plan is None or plan.over > 1.0 + KEPT):
-            return self._take(self.left, _final(len(self.left), AGAIN), self.end, REST)
+            return self._take(self.left, _final(len(self.left), HELD_BACK), self.end, REST)
         assert plan is not None
         moving = self.state.feed > 0.0 or (ends_here and stop.feed > 0.0)
         if not plan.over < HOPELESS and not moving:
