@@ -195,7 +195,7 @@ def _tips() -> list[tuple[Cell, ...]]:
             worst = max(worst, shares(points.position, arm))
             if not sf.check(points, path, arm.limits, law=law).ok:
                 worst = np.inf
-            most = 1.01 if (name, kind) == ("ur5", "butterfly") else 1.005
+            most = 1.011 if (name, kind) == ("ur5", "butterfly") else 1.005
             ratio = law.duration / law.settings["lower_bound_s"]
             rows.append(_row(f"T over its lower bound, {name}, {kind} ({law.duration:.3f} s)", ratio, most, ".4f"))
     return [
