@@ -8,18 +8,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinefeed.curves.differential import roots
 from splinefeed.curves.flat import Flat as Flat
-from splinefeed.curves.pieces import Pieces, arc, coefficients, speed
+from splinefeed.curves.pieces import Pieces, arc, coefficients, speed, taylor
 from splinefeed.curves.spline import Spline
 from splinefeed.errors import CurveError
 from splinefeed.kernels.layout import ARC, ARC_TERMS, HIGH, LOW, MIDDLE, ORIGIN, SCALE, START, Shape, width
 from splinefeed.records import Array, BoolArray, IntArray
 from splinefeed.records.arrays import chunks, read_only
 
-#: Pieces made in one go, and of them those fitted in one go: what is made of them stays in a core's cache.
-BLOCK = 4096
-FITTED = 256
+#: Pieces made in one go: what is made of them stays in a core's cache.
+BLOCK = 2048
 #: A piece may give back the roundings of its control points this often ...
 MOST_ROUNDINGS = 128.0
 #: ... unless it covers no more than this share of its knot span: weights that differ by many decades.
@@ -30,17 +28,12 @@ MAX_ROWS = 2_000_000
 NODES = 16
 #: Largest Chebyshev coefficient that may be dropped, relative to the largest speed on the piece.
 TAIL = 1e-14
-#: ... or, as an arc length, relative to that of the whole curve: below the rounding of s nothing is gained.
-NEGLIGIBLE = 2e-16
-#: How much a misfit of the speed at one place counts, against a coefficient: values carry more rounding than they.
-END_SHARE = 0.1
+#: ... or, as an arc length, relative to the size of the whole curve: below the rounding of s nothing is gained.
+NEGLIGIBLE = 5e-16
+#: Times what may be dropped that a Bernstein coefficient of a speed may be below 0: it carries more rounding.
+BELOW = 10.0
 #: Bisections of a knot span; a cusp inside a span is closed in on until it is NEGLIGIBLE, well before this.
 MAX_DEPTH = 60
-#: A speed that is nowhere at the nodes below this share of its greatest there: a polynomial of degree 9 through them
-#: stays above 0.35 of it, as |p| <= max at the nodes / cos(9 pi / 32) (Ehlich, Zeller, Math. Z. 86, 1964).
-FALLING = 0.5
-#: Roots with an imaginary part below this are real: two that are all but one, too.
-REAL = 1e-3
 
 
 def _chebyshev_matrices() -> tuple[Array, Array, Array]:
@@ -56,9 +49,16 @@ def _chebyshev_matrices() -> tuple[Array, Array, Array]:
     return nodes, transform, integral
 
 
+def _bernstein_matrix() -> Array:
+    """Chebyshev -> Bernstein coefficients on both halves, (20, 10): a polynomial is nowhere below the least of them."""
+    order = np.arange(ARC_TERMS - 1)
+    x, binomials = order[:, None] / order[-1], [math.comb(ARC_TERMS - 2, k) for k in order]
+    halves = np.polynomial.chebyshev.chebvander(x.T - [[1.0], [0.0]], ARC_TERMS - 2)
+    return np.concatenate(np.linalg.solve(binomials * x**order * (1.0 - x) ** order[::-1], halves))
+
+
 CHEBYSHEV_NODES, CHEBYSHEV_TRANSFORM, CHEBYSHEV_INTEGRAL = _chebyshev_matrices()
-#: Weights of Fejer's rule on the same nodes.
-FEJER = np.sin((np.arange(NODES) + 0.5) * math.pi / NODES) * math.pi / NODES
+CHEBYSHEV_BERNSTEIN = _bernstein_matrix()
 
 
 @dataclass(frozen=True)
@@ -151,6 +151,20 @@ class Spans:
         narrow = coefficients(c, shape)[: axes + self.rational, : self.degree + 1]
         return narrow, (self.degree, axes, shape[2], self.rational)
 
+    def keep_digits(self, c: Array, shape: Shape) -> BoolArray:
+        """Whether columns of `shape` give points as good as the rounding of the control points, (n,).
+
+        (1 + share)^p sum_k |w_k| / min w  is how often that comes back, at most; w is 1 in polynomials.
+        """
+        growth = (1.0 + self.share) ** self.degree
+        held: BoolArray = growth <= MOST_ROUNDINGS
+        if self.rational:
+            weights = self.own(c, shape)[0][-1:]
+            total = np.abs(weights[0]).sum(axis=0)
+            least = taylor(weights[:, :, None], 0, np.linspace(-1.0, 1.0, 5)[:, None], 0)[0].min(axis=(0, 1))
+            held &= growth * total <= MOST_ROUNDINGS * np.minimum(least, total)
+        return held | (self.share <= LEAST_SHARE)
+
 
 def power_form(knots: Array, points: Array, middle: Array, half: Array) -> Array:
     """Coefficients of t^k, t = (u - middle) / half, of spans' polynomials: out[k] = half^k C^(k)(middle) / k!.
@@ -177,30 +191,11 @@ def power_form(knots: Array, points: Array, middle: Array, half: Array) -> Array
     return out
 
 
-def keeps_digits(weights: Array | None, degree: int, share: Array) -> BoolArray:
-    """Whether power forms that cover `share` (n,) of their knot span give points as good as their rounding, (n,).
-
-    (1 + share)^p sum_k |w_k| / min w  is how often the roundings of the control points come back, at most; weights
-    (degree + 1, n), or None for polynomials.
-    """
-    growth = (1.0 + share) ** degree
-    held: BoolArray = growth <= MOST_ROUNDINGS
-    if weights is not None:
-        total = np.abs(weights).sum(axis=0)
-        t = np.linspace(-1.0, 1.0, 5)[:, None]
-        value = weights[-1] + 0.0 * t
-        for k in range(degree - 1, -1, -1):
-            value = value * t + weights[k]
-        held &= growth * total <= MOST_ROUNDINGS * np.minimum(value.min(axis=0), total)
-    held |= share <= LEAST_SHARE
-    return held
-
-
 #: |dC/dt| (..., n) of coefficients (columns, degree + 1, ..., n), of a shape, at t.
 Speed = Callable[[Array, Shape, Array], Array]
 
 
-def fits(spans: Spans, c: Array, shape: Shape, totals: Array, speed: Speed = speed) -> BoolArray:
+def fits(spans: Spans, c: Array, shape: Shape, sizes: Array, speed: Speed = speed) -> BoolArray:
     """Fit |dC/dt| on each piece by a polynomial of degree 9, and write its integral into the columns.
 
     Parameters
@@ -211,8 +206,8 @@ def fits(spans: Spans, c: Array, shape: Shape, totals: Array, speed: Speed = spe
         Their columns.
     shape : Shape
         Of the table.
-    totals : (n,) array
-        Rough lengths of the curves, mm. A line of degree 1 is exact.
+    sizes : (n,) array
+        Of their curves, mm; lines need none.
     speed : callable, optional
         What the length is the integral of.
 
@@ -226,40 +221,22 @@ def fits(spans: Spans, c: Array, shape: Shape, totals: Array, speed: Speed = spe
         c[ARC] = c[ARC + 1] = speed(a, own, np.zeros(1))
         return np.ones(len(spans), dtype=bool)
     values = speed(a[:, :, None], own, CHEBYSHEV_NODES[:, None])
-    top = values.max(axis=0)
-    series = np.zeros_like(values)
-    for i in range(NODES):
-        series += CHEBYSHEV_TRANSFORM[:, i, None] * values[i]
-    tail = np.abs(series[ARC_TERMS - 1 :]).max(axis=0)
-    integral = c[ARC : ARC + ARC_TERMS]
-    for i in range(ARC_TERMS - 1):
-        integral += CHEBYSHEV_INTEGRAL[:, i, None] * series[i]
-    allowed = np.maximum(TAIL * top, NEGLIGIBLE * totals)
-    good: BoolArray = tail <= allowed
+    series = _times(CHEBYSHEV_TRANSFORM, values)
+    kept, tail = series[: ARC_TERMS - 1], np.abs(series[ARC_TERMS - 1 :]).max(axis=0)
+    c[ARC : ARC + ARC_TERMS] = _times(CHEBYSHEV_INTEGRAL, kept)
+    allowed = np.maximum(TAIL * values.max(axis=0), NEGLIGIBLE * sizes)
     # a cusp between an end and its node, or two cusps between two nodes, are not seen by the nodes: all lie on
     # one smooth line, which falls below zero where the speed turns back up
-    ends, falling = np.flatnonzero(good), np.flatnonzero(good & (values.min(axis=0) < FALLING * top))
-    which, t = slow_places(integral[:, falling])
-    which = np.concatenate([ends, ends, falling[which]])
-    t = np.concatenate([np.full(len(ends), -1.0), np.ones(len(ends)), t])
-    fitted = np.zeros_like(t)
-    for k in range(ARC_TERMS - 1, 0, -1):
-        fitted = fitted * t + k * integral[k, which]
-    misfit = END_SHARE * np.abs(speed(a[..., which], own, t) - fitted)
-    good[which[~(misfit <= allowed[which])]] = False
-    good &= keeps_digits(a[-1] if spans.rational else None, spans.degree, spans.share)
-    return good
+    lowest = _times(CHEBYSHEV_BERNSTEIN, kept).min(axis=0)
+    return np.asarray((tail <= allowed) & (lowest >= -BELOW * allowed) & spans.keep_digits(c, shape))
 
 
-def slow_places(integral: Array) -> tuple[IntArray, Array]:
-    """Number of the piece and t (m,) where dS/dt is least inside, so that d2S/dt2 = 0 and grows; S (terms, pieces)."""
-    orders = np.arange(2.0, len(integral))[:, None]
-    bend = integral[2:] * orders * (orders - 1.0)
-    which, t = roots(bend, REAL)
-    slope = np.zeros(len(t))
-    for k in range(len(bend) - 1, 0, -1):
-        slope = slope * t + k * bend[k, which]
-    return which[slope >= 0.0], t[slope >= 0.0]
+def _times(matrix: Array, columns: Array) -> Array:
+    """A product of matrices, term by term: the bits of a column hang on no other one and on no processor."""
+    out = np.zeros((len(matrix), columns.shape[1]))
+    for k, each in enumerate(columns):
+        out += matrix[:, k, None] * each
+    return out
 
 
 def halved(spans: Spans, shape: Shape, holds: Callable[[Spans, Array], BoolArray]) -> Iterator[tuple[IntArray, Array]]:
@@ -333,29 +310,18 @@ def compensated_sums(steps: Array) -> Array:
     return sums
 
 
-def _table(groups: list[Spans], shape: Shape, holds: Callable[[Spans, Array], BoolArray]) -> tuple[Array, IntArray]:
+def _table(flat: Flat, shape: Shape, holds: Callable[[Spans, Array], BoolArray]) -> tuple[Array, IntArray]:
     """Pieces that hold, of all curves in order, (pieces, width), and first and last row of each curve (n, 2)."""
-    flat = groups[0].flat
-    if len(groups) == 1 and groups[0].line:  # in order as they are, and so many that a second copy would be felt
-        table, curve = np.empty((len(groups[0]), width(shape))), groups[0].curve
-        first = 0
-        for _, c in halved(groups[0], shape, holds):
-            table[first : first + c.shape[1]] = c.T
-            first += c.shape[1]
-    else:
-        made = [each for group in groups for each in halved(group, shape, holds)]
-        curve = np.concatenate([each for each, _ in made])
-        order = np.lexsort((np.concatenate([c[LOW] for _, c in made]), curve))
-        place = np.empty_like(order)
-        place[order] = np.arange(len(order))
-        curve = curve[order]
-        table = np.empty((len(order), width(shape)))
-        first = 0
-        for _, c in made:
-            table[place[first : first + c.shape[1]]] = c.T
-            first += c.shape[1]
-    ends = np.cumsum(np.bincount(curve, minlength=len(flat)))
-    return table, read_only(np.column_stack([np.concatenate([[0], ends[:-1]]), ends - 1]))
+    made = [each for spans in Spans.of(flat) for each in halved(spans, shape, holds)]
+    curve, low = (np.concatenate(each) for each in zip(*((curve, c[LOW]) for curve, c in made), strict=True))
+    place = np.argsort(np.lexsort((low, curve)))
+    table, last = np.empty((len(place), width(shape))), len(place)
+    while made:  # from the last to the first, each then let go: of a million lines a second copy would be felt
+        _, c = made.pop()
+        table[place[last - c.shape[1] : last]] = c.T
+        last -= c.shape[1]
+    counts = np.bincount(curve, minlength=len(flat))
+    return table, read_only(np.cumsum(counts)[:, None] - np.column_stack([counts, np.ones_like(counts)]))
 
 
 def span_pieces(flat: Flat, shape: Shape) -> Pieces:
@@ -373,26 +339,8 @@ def span_pieces(flat: Flat, shape: Shape) -> Pieces:
     Pieces
         Without arc lengths.
     """
-
-    def holds(part: Spans, c: Array) -> BoolArray:
-        a, _ = part.own(c, shape)
-        return keeps_digits(a[-1] if part.rational else None, part.degree, part.share)
-
-    table, rows = _table(Spans.of(flat), shape, holds)
+    table, rows = _table(flat, shape, lambda part, c: part.keep_digits(c, shape))
     return Pieces(read_only(table), shape, rows)
-
-
-def rough_lengths(groups: list[Spans], shape: Shape, speed: Speed = speed) -> Array:
-    """Length of each curve, mm, good to a few digits: 16-point Chebyshev (Fejer) estimates; 0 for lines."""
-    total = np.zeros(len(groups[0].flat))
-    for group in groups:
-        for some in chunks(0 if group.line else len(group), BLOCK):
-            part = group.chosen(some)
-            a, own = part.own(part.columns(shape), shape)
-            for few in chunks(len(part), FITTED):
-                values = speed(a[:, :, None, few], own, CHEBYSHEV_NODES[:, None])
-                total += np.bincount(part.curve[few], (FEJER[:, None] * values).sum(axis=0), len(total))
-    return total
 
 
 def arc_pieces(flat: Flat, shape: Shape, curves: Sequence[Spline], where: str = "", speed: Speed = speed) -> Pieces:
@@ -458,31 +406,23 @@ def _placed(table: Array, rows: IntArray, shape: Shape) -> Pieces:
 
 def _fitted(flat: Flat, shape: Shape, curves: Sequence[Spline], where: str, speed: Speed) -> tuple[Array, IntArray]:
     """Pieces of all curves with their lengths in the column START, and first and last row of each; see `arc_pieces`."""
-    groups = Spans.of(flat)
-    curved = np.flatnonzero((flat.degrees > 1) | (flat.rational > 0))
-    totals = rough_lengths(groups, shape, speed)
-
-    def check(index: IntArray, lengths: Array) -> None:
-        for bad, why in (
-            (~np.isfinite(lengths), "is too long: its length is not finite; its coordinates are too large"),
-            (~(lengths > 0.0), "has no length"),
-        ):
-            if bad.any():
-                i = int(index[np.argmax(bad)])
-                raise CurveError(f"{where.format(i)}{curves[i]!r} {why}")
+    straight = shape[0] == 1 and not shape[3]
+    sizes = np.zeros(len(flat)) if straight else flat.sizes(slice(shape[2]))
 
     def holds(part: Spans, c: Array) -> BoolArray:
-        if part.line:
-            good = fits(part, c, shape, totals, speed)
-        else:
-            few = chunks(len(part), FITTED)
-            good = np.concatenate([fits(part.chosen(s), c[:, s], shape, totals[part.curve[s]], speed) for s in few])
+        good = fits(part, c, shape, sizes[part.curve], speed)
         low, high = ((c[k] - c[MIDDLE]) * c[SCALE] for k in (LOW, HIGH))
         c[ARC] -= arc(c, low)  # t at the ends is not quite -1 and 1 if the middle had to be rounded
         c[START] = arc(c, high)
-        return good
+        return np.asarray(good | ~np.isfinite(c[START]))
 
-    check(curved, totals[curved])
-    table, rows = _table(groups, shape, holds)
-    check(np.arange(len(flat)), np.add.reduceat(table[:, START], rows[:, 0]))
+    table, rows = _table(flat, shape, holds)
+    lengths = np.add.reduceat(table[:, START], rows[:, 0])
+    for bad, why in (
+        (~np.isfinite(lengths), "is too long: its length is not finite; its coordinates are too large"),
+        (~(lengths > 0.0), "has no length"),
+    ):
+        if bad.any():
+            i = int(np.argmax(bad))
+            raise CurveError(f"{where.format(i)}{curves[i]!r} {why}")
     return table, rows
