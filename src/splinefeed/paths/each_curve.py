@@ -67,10 +67,10 @@ class Marker:
             raise InputError(f"a dwell of {self.dwell:g} s without a stop; the tool can wait only at rest")
 
 
-def chosen_of_each(said: dict[str, Any], kept: IntArray) -> dict[str, Any]:
-    """What is said of a path when only its curves of these numbers (m,) are kept."""
-    each = {name: None if said.get(name) is None else read_only(np.array(said[name])[kept]) for name in _OF_EACH}
-    markers = [dataclasses.replace(m, before=int(np.searchsorted(kept, m.before))) for m in said.get("markers", ())]
+def chosen_of_each(said: dict[str, Any], index: IntArray) -> dict[str, Any]:
+    """What is said of a path of its curves of these numbers (m,), in order: some left out, others in several parts."""
+    each = {name: None if said.get(name) is None else read_only(np.array(said[name])[index]) for name in _OF_EACH}
+    markers = [dataclasses.replace(m, before=int(np.searchsorted(index, m.before))) for m in said.get("markers", ())]
     return {**said, **each, "markers": tuple(markers)}
 
 

@@ -9,20 +9,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from splinefeed import units
-from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.editing import section
 from splinefeed.errors import InputError
-from splinefeed.paths.each_curve import Marker
+from splinefeed.kernels.layout import HIGH, LOW
+from splinefeed.paths.each_curve import Marker, chosen_of_each
+from splinefeed.paths.parts import in_a_row
 from splinefeed.paths.path import JOIN_TOLERANCE, Path
 from splinefeed.records import Array, BoolArray, IntArray
-from splinefeed.records.arrays import taken
+from splinefeed.records.arrays import expanded, taken
 
 #: Feed of the contours unless one is given, mm/s: that of the paper's experiment.
 DEFAULT_FEED = 60.0
@@ -32,6 +33,8 @@ PLACES = 32
 CORNER = 0.02
 #: Nearest places that are looked at first; four times as many where none of them may be next.
 FIRST_NEAR = 8
+#: Points of a contour by which it lies in another one: most of them do.
+LOOKED_AT = 5
 #: What switches a laser on and off.
 ON, OFF = "M3", "M5"
 
@@ -167,7 +170,7 @@ def job(
         order = [*range(len(paths))]
         if begin is not None:
             order = [begin, *(i for i in order if i != begin)]
-        runs = [(i, _run_of(paths[i])) for i in order]
+        runs = [(i, paths[i]) for i in order]
     else:
         runs = _ordered(paths, begin)
     return _linked(runs, paths, linking, paths[0].name if name is None else name)
@@ -197,35 +200,20 @@ def _number(paths: Sequence[Path], first: str | int) -> int:
 # --- where a contour may begin, and what lies in it -------------------------------------------------------------------
 
 
-class _Run(NamedTuple):
-    """A contour from where it begins in the job: its curves with what is said of them, its first and last point."""
-
-    curves: Sequence[NurbsCurve]
-    feeds: Array | None
-    tolerances: Array | None
-    markers: Sequence[Marker]
-    start: Array
-    end: Array
-
-
-def _run_of(path: Path) -> _Run:
-    return _Run(path.curves, path.feeds, path.tolerances, path.markers, path.ends[0, 0], path.ends[-1, 1])
-
-
 class _Contour:
     """A contour's polygon, and the places at which it may begin."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.closed = path, path.closed
-        samples = [_places(curve) for curve in path.curves]
-        self.curve = np.repeat(np.arange(len(samples)), [len(u) for u, _ in samples])
-        self.u = np.concatenate([u for u, _ in samples])
-        self.points = np.concatenate([points for _, points in samples])
+        pieces, flat = path.span_pieces, path.flat
+        owner = np.repeat(np.arange(len(flat)), pieces.rows[:, 1] - pieces.rows[:, 0] + 1)
+        bent = (flat.degrees > 1) | (flat.rational > 0)
+        piece, number = expanded(np.where(bent[owner], PLACES, 1))
+        low, high = pieces.table[piece, LOW], pieces.table[piece, HIGH]
+        self.curve, self.u = owner[piece], low + (high - low) * number / PLACES
+        self.bent, self.points = bent[self.curve], path.evaluate(self.curve, self.u)[:, 0]
         self.plane = np.ascontiguousarray(self.points[:, :2])
         self.low, self.high = self.plane.min(axis=0), self.plane.max(axis=0)
-        # markers of a program stand at places: a path with any begins where it does
-        free = self.closed and not path.markers
-        self.starts = self._corners() if free else np.array([0])
         x, y = self.plane.T
         self.area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) if self.closed else 0.0
 
@@ -235,60 +223,44 @@ class _Contour:
         after /= np.maximum(np.linalg.norm(after, axis=1), 1e-300)[:, None]
         turn = np.arccos(np.clip(np.sum(after * np.roll(after, 1, axis=0), axis=1), -1.0, 1.0))
         # the polygon turns at every place of a curve: a corner is where it turns by more than its neighbours do
-        corner = turn > CORNER + 1.5 * np.maximum(np.roll(turn, 1), np.roll(turn, -1)) * self._curved()
+        curved = self.bent | np.roll(self.bent, 1)  # the polygon stands for a curve before or behind it
+        corner = turn > CORNER + 1.5 * np.maximum(np.roll(turn, 1), np.roll(turn, -1)) * curved
         found = np.flatnonzero(corner)
         return found if found.size else np.arange(len(self.points))
 
-    def _curved(self) -> Array:
-        """(n,) 1 where a side of the polygon before or behind a sample stands for a curve, 0 where lines meet."""
-        bent = np.array([not _straight(curve) for curve in self.path.curves])[self.curve]
-        return np.where(bent | np.roll(bent, 1), 1.0, 0.0)
-
     def entries(self) -> tuple[Array, list[int]]:
         """Places at which the contour may begin, (k, axes), and what names each: a sample, or -1 for its other end."""
-        if self.closed or self.path.markers:
-            return self.points[self.starts], self.starts.tolist()
-        ends = np.stack([self.path.ends[0, 0], self.path.ends[-1, 1]])
-        return ends, [0, -1]
+        if self.path.markers:  # those of a program stand at places: it begins where it does
+            return self.points[:1], [0]
+        if not self.closed:
+            return np.stack([self.path.ends[0, 0], self.path.ends[-1, 1]]), [0, -1]
+        starts = self._corners()
+        return self.points[starts], starts.tolist()
 
-    def begun(self, entry: int) -> _Run:
+    def begun(self, entry: int) -> Path:
         """The contour from an entry on."""
+        path = self.path
         if entry <= 0:
-            return _run_of(self.path.reversed() if entry < 0 else self.path)
+            return path.reversed() if entry < 0 else path
         at, u = int(self.curve[entry]), float(self.u[entry])
-        curves, path = list(self.path.curves), self.path
-        numbers = [*range(at, len(curves)), *range(at)]
-        turned = [curves[i] for i in numbers]
+        count = len(path.curves)
+        numbers = np.arange(at, at + count) % count
+        turned = [path.joined[i] for i in numbers.tolist()]
         low, high = turned[0].domain
         if low < u < high:
             turned = [section(turned[0], u, high), *turned[1:], section(turned[0], low, u)]
-            numbers.append(at)
-        feeds, tolerances = (None if each is None else each[numbers] for each in (path.feeds, path.tolerances))
-        return _Run(turned, feeds, tolerances, (), self.points[entry], self.points[entry])
+            numbers = np.append(numbers, at)
+        return Path(turned, path.axes, **{**chosen_of_each(path._said(), numbers), "times": None})
 
 
-def _straight(curve: NurbsCurve) -> bool:
-    return curve.degree == 1 and not curve.rational
-
-
-def _places(curve: NurbsCurve) -> tuple[Array, Array]:
-    """Parameters and points of a curve: its start, and places inside each span of one that is no line."""
-    breaks = curve.breaks
-    if _straight(curve):
-        u = breaks[:-1]
-    else:
-        u = (breaks[:-1, None] + np.diff(breaks)[:, None] * np.arange(PLACES) / PLACES).ravel()
-    return u, curve(u)
-
-
-def _inside(points: Array, polygon: Array) -> IntArray:
-    """How often a ray from each point (n, 2) to the right crosses the sides of a polygon (m, 2)."""
+def _inside(points: Array, polygon: Array) -> BoolArray:
+    """Whether each point (n, 2) is inside a polygon (m, 2): a ray to the right crosses an odd number of its sides."""
     a, b = polygon, np.roll(polygon, -1, axis=0)
     a, b = a[a[:, 1] != b[:, 1]], b[a[:, 1] != b[:, 1]]
     x, y = points[:, :1], points[:, 1:]
     across = (a[:, 1] > y) != (b[:, 1] > y)
     at = a[:, 0] + (y - a[:, 1]) * ((b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1]))
-    return np.asarray(np.count_nonzero(across & (x < at), axis=1), dtype=np.int64)
+    return np.asarray(np.count_nonzero(across & (x < at), axis=1) % 2 == 1)
 
 
 def _nested(contours: Sequence[_Contour]) -> tuple[list[list[int]], IntArray]:
@@ -297,23 +269,12 @@ def _nested(contours: Sequence[_Contour]) -> tuple[list[list[int]], IntArray]:
     area = np.array([each.area for each in contours])
     around: list[list[int]] = [[] for _ in contours]
     within = np.zeros(len(contours), dtype=np.int64)
-    by_x = np.argsort(low[:, 0], kind="stable")
-    sorted_x = low[by_x, 0]
     for outer, each in enumerate(contours):
-        if each.area <= 0.0:
-            continue
-        near = by_x[np.searchsorted(sorted_x, each.low[0]) : np.searchsorted(sorted_x, each.high[0], "right")]
-        fits = (low[near] >= each.low).all(axis=1) & (high[near] <= each.high).all(axis=1)
-        near = near[fits & (area[near] < each.area)]
-        if not near.size:
-            continue
-        picked = [contours[i].plane[np.linspace(0, len(contours[i].plane) - 1, 5).astype(int)] for i in near]
-        points = np.concatenate(picked)
-        crossings = np.concatenate([
-            _inside(points[k : k + 256], each.plane) for k in range(0, len(points), 256)
-        ])  # fmt: skip
-        for i, odd in zip(near.tolist(), (crossings.reshape(-1, 5) % 2).sum(axis=1).tolist(), strict=True):
-            if odd >= 3:
+        fits = (low >= each.low).all(axis=1) & (high <= each.high).all(axis=1) & (area < each.area)
+        for i in np.flatnonzero(fits).tolist():
+            plane = contours[i].plane
+            some = plane[np.linspace(0, len(plane) - 1, LOOKED_AT).astype(int)]
+            if 2 * np.count_nonzero(_inside(some, each.plane)) > LOOKED_AT:
                 around[i].append(outer)
                 within[outer] += 1
     return around, within
@@ -322,47 +283,35 @@ def _nested(contours: Sequence[_Contour]) -> tuple[list[list[int]], IntArray]:
 # --- in which order ---------------------------------------------------------------------------------------------------
 
 
-class _Starts:
-    """Places at which contours begin that are not cut yet, in a tree; the nearest one to a place."""
+def _ordered(paths: Sequence[Path], begin: int | None) -> list[tuple[int, Path]]:
+    """Contours in the order of the job, each from where it begins; `begin` is the first one if it is given.
 
-    def __init__(self, contours: Sequence[_Contour]) -> None:
-        entries = [each.entries() for each in contours]
-        self._places = np.concatenate([points for points, _ in entries])
-        self._entry = np.concatenate([names for _, names in entries])
-        self._contour = np.repeat(np.arange(len(entries)), [len(names) for _, names in entries])
-        self._left = np.ones(len(entries), dtype=bool)
-        self._tree: Any = None
+    The next one is that of the nearest place at which one may begin that is not cut yet and has none left in it.
+    """
+    from scipy.spatial import cKDTree
 
-    def nearest(self, place: Array, may: BoolArray) -> tuple[int, int]:
-        """The contour that begins nearest to a place, of those that may be next, (contours,), and where; it is cut."""
-        from scipy.spatial import cKDTree
-
-        left = self._left[self._contour]
-        if self._tree is None or 2 * np.count_nonzero(left) < len(left):
-            self._places, self._entry, self._contour = self._places[left], self._entry[left], self._contour[left]
-            self._tree = cKDTree(self._places)
-        may, near, count = may & self._left, np.zeros(0, dtype=np.int64), FIRST_NEAR
-        while not len(near):
-            apart, near = map(np.atleast_1d, self._tree.query(place, k=min(count, len(self._contour))))
-            apart, near = taken(may[self._contour[near]], apart, near)
-            count *= 4
-        first = near[apart == apart[0]].min()  # of those that are as near, the first that is drawn
-        contour, entry = int(self._contour[first]), int(self._entry[first])
-        self._left[contour] = False
-        return contour, entry
-
-
-def _ordered(paths: Sequence[Path], begin: int | None) -> list[tuple[int, _Run]]:
-    """Contours in the order of the job, each from where it begins; `begin` is the first one if it is given."""
     contours = [_Contour(path) for path in paths]
     around, within = _nested(contours)
-    starts, place = _Starts(contours), np.zeros(len(paths[0].axes))
-    runs: list[tuple[int, _Run]] = []
+    starts = [each.entries() for each in contours]
+    places, entry = (np.concatenate(each) for each in zip(*starts, strict=True))
+    owner = np.repeat(np.arange(len(contours)), [len(entries) for _, entries in starts])
+    tree, left, place = cKDTree(places), np.ones(len(contours), dtype=bool), np.zeros(len(paths[0].axes))
+    runs: list[tuple[int, Path]] = []
     for step in range(len(contours)):
-        first = step == 0 and begin is not None
-        i, entry = starts.nearest(place, np.arange(len(contours)) == begin if first else within == 0)
-        runs.append((i, contours[i].begun(entry)))
-        place = runs[-1][1].end
+        there = left[owner]
+        if 2 * np.count_nonzero(there) < len(there):
+            places, entry, owner = places[there], entry[there], owner[there]
+            tree = cKDTree(places)
+        may = np.arange(len(contours)) == begin if step == 0 and begin is not None else left & (within == 0)
+        near, count = np.zeros(0, dtype=np.int64), FIRST_NEAR
+        while not len(near):
+            apart, near = map(np.atleast_1d, tree.query(place, k=min(count, len(owner))))
+            apart, near = taken(may[owner[near]], apart, near)
+            count *= 4
+        first = near[apart == apart[0]].min()  # of those that are as near, the first that is drawn
+        i = int(owner[first])
+        runs.append((i, contours[i].begun(int(entry[first]))))
+        place, left[i] = runs[-1][1].ends[-1, 1], False
         within[around[i]] -= 1
     return runs
 
@@ -370,83 +319,57 @@ def _ordered(paths: Sequence[Path], begin: int | None) -> list[tuple[int, _Run]]
 # --- one path ---------------------------------------------------------------------------------------------------------
 
 
-def _line(a: Array, b: Array) -> NurbsCurve:
-    return NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.stack([a, b]))
-
-
-def _linked(runs: Sequence[tuple[int, _Run]], contours: Sequence[Path], linking: Linking, name: str) -> Job:
+def _linked(runs: Sequence[tuple[int, Path]], contours: Sequence[Path], linking: Linking, name: str) -> Job:
     """The contours in their order as one path, with the rapid moves between them."""
-    high = linking.clearance
-    feed = DEFAULT_FEED if linking.feed is None else linking.feed
-    flat = len(contours[0].axes) == 2
+    high, axes = linking.clearance, contours[0].axes
     if high is not None:
-        top = 0.0 if flat else max(float(path.flat.points[:, 2].max()) for path in contours)
+        top = 0.0 if len(axes) == 2 else max(float(path.flat.points[:, 2].max()) for path in contours)
         if not high > top:
             raise InputError(f"clearance is {high:g} mm; it must be above the contours, whose z reaches {top:g} mm")
-    axes = ("x", "y") if flat and high is None else ("x", "y", "z")
-    curves: list[NurbsCurve] = []
-    feeds: list[float] = []
-    markers: list[Marker] = []
-    said: list[Array] = []
+        axes = ("x", "y", "z")
+    feed = DEFAULT_FEED if linking.feed is None else linking.feed
+    parts: list[Path] = []
     tip: Array | None = None
-
-    def add(*lines: tuple[Array, Array, float]) -> None:
-        for a, b, rate in lines:
-            if np.linalg.norm(b - a) > JOIN_TOLERANCE:
-                curves.append(_line(a, b))
-                feeds.append(rate)
-                said.append(np.zeros(1))
-
-    def above(point: Array) -> Array:
-        return np.array([*point[:2], high])
-
-    def lead(to: Array | None) -> None:
-        """From where the last contour ended to where the next one begins, of which there may be none."""
-        if tip is not None and to is not None and np.linalg.norm(to - tip) <= JOIN_TOLERANCE:
-            return
-        if high is not None:
-            add(*([] if tip is None else [(tip, above(tip), math.inf)]))
-            if to is not None:
-                add(*([] if tip is None else [(above(tip), above(to), math.inf)]), (above(to), to, feed))
-            return
-        markers.extend([] if tip is None else [Marker(len(curves), OFF)])
-        if to is not None:
-            add(*([] if tip is None else [(tip, to, math.inf)]))
-            markers.append(Marker(len(curves), ON))
-
     for _, run in runs:
-        placed = [curve if curve.axes == len(axes) else curve.transformed(np.eye(3)[:, :2]) for curve in run.curves]
-        start, end = (np.append(point, [0.0] * (len(axes) - len(point))) for point in (run.start, run.end))
-        lead(start)
-        markers += [replace(marker, before=marker.before + len(curves)) for marker in run.markers]
-        curves += placed
-        feeds += [feed] * len(placed) if run.feeds is None else run.feeds.tolist()
-        said.append(np.zeros(len(placed)) if run.tolerances is None else run.tolerances)
-        tip = end
-    lead(None)
+        feeds = np.full(len(run.joined), feed) if run.feeds is None else run.feeds
+        if run.axes == axes:
+            part = run.with_feeds(feeds)
+        else:
+            part = Path(run.joined.transformed(np.eye(3)[:, :2]), axes, **{**run._said(), "feeds": feeds})
+        parts += [*_lead(tip, part.ends[0, 0], axes, high, feed), part]
+        tip = part.ends[-1, 1]
+    parts += _lead(tip, None, axes, high, feed)
+    curves, said = in_a_row(parts)
+    if high is None:
+        said["markers"] = [Marker(0, ON), *said["markers"], Marker(len(curves), OFF)]
+    rapid = float(np.sum(curves.flat.sizes()[np.isinf(said["feeds"]) & (curves.flat.degrees == 1)]))
     findings = [each for path in contours for each in path.findings]
-    return Job(
-        curves,
-        axes,
-        name=name,
-        findings=list(dict.fromkeys([*findings, *_said(len(runs), curves, feeds, linking, feed)])),
-        feeds=feeds,
-        tolerances=None if all(path.tolerances is None for path in contours) else np.concatenate(said),
-        markers=markers,
-        tolerance=max(path.tolerance for path in contours),
-        contours=contours,
-        linking=linking,
-        order=[i for i, _ in runs],
-    )
+    said["findings"] = list(dict.fromkeys([*findings, *_said(len(runs), rapid, linking, feed)]))
+    return Job(curves, axes, name=name, contours=contours, linking=linking, order=[i for i, _ in runs], **said)
 
 
-def _said(count: int, curves: Sequence[NurbsCurve], feeds: Sequence[float], linking: Linking, feed: float) -> list[str]:
+def _lead(tip: Array | None, to: Array | None, axes: tuple[str, ...], high: float | None, feed: float) -> list[Path]:
+    """The path, if any, from where one contour ends to where the next one begins, of which there may be none."""
+    if tip is not None and to is not None and np.linalg.norm(to - tip) <= JOIN_TOLERANCE:
+        return []
+    if high is None:
+        if tip is None or to is None:
+            return []
+        laser = (Marker(0, OFF), Marker(1, ON))
+        return [Path.polyline(np.stack([tip, to]), axes, feeds=[math.inf], markers=laser)]
+    points = np.array([
+        *([] if tip is None else [tip, [*tip[:2], high]]),
+        *([] if to is None else [[*to[:2], high], to]),
+    ])  # fmt: skip
+    feeds = np.full(len(points) - 1, math.inf)
+    if to is not None:
+        feeds[-1] = feed
+    long = np.linalg.norm(np.diff(points, axis=0), axis=1) > JOIN_TOLERANCE
+    return [Path.polyline(points[np.append(True, long)], axes, feeds=feeds[long])] if long.any() else []
+
+
+def _said(count: int, rapid: float, linking: Linking, feed: float) -> list[str]:
     """What there is to say of a job."""
-    rapid = sum(
-        float(np.linalg.norm(np.diff(curve.control_points, axis=0)))
-        for curve, rate in zip(curves, feeds, strict=True)
-        if rate == math.inf and curve.degree == 1
-    )
     order = "in the order of the file" if linking.keep_order else "inner before outer, nearest next"
     way = "laser off (M5, M3)" if linking.clearance is None else f"at z {linking.clearance:g} mm"
     found = [f"{count} contours are one motion: {order}; {rapid:.6g} mm of rapid moves between them, {way}"]

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from splinefeed.curves.editing import split
 from splinefeed.curves.packed import Flat, Packed
+from splinefeed.paths.each_curve import chosen_of_each
 from splinefeed.paths.path import Path
-from splinefeed.records import IntArray
+from splinefeed.records import Array, IntArray
 
 
 def cut(path: Path, first: int, last: int) -> Path:
@@ -28,19 +30,10 @@ def cut(path: Path, first: int, last: int) -> Path:
     Path
         These curves.
     """
-    count = len(path.joined)
-    markers = [m for m in path.markers if first <= m.before < last or m.before == last == count]
-    return Path(
-        Packed(path.flat.part(first, last)),
-        path.axes,
-        name=path.name,
-        feeds=None if path.feeds is None else path.feeds[first:last],
-        tolerances=None if path.tolerances is None else path.tolerances[first:last],
-        markers=[replace(m, before=m.before - first) for m in markers],
-        lines=None if path.lines is None else path.lines[first:last],
-        tolerance=path.tolerance,
-        by_tip=path.by_tip,
-    )
+    said = {**path._said(), "findings": (), "times": None}
+    last_of_all = last == len(path.joined)
+    said["markers"] = [m for m in path.markers if first <= m.before < last + last_of_all]
+    return Path(Packed(path.flat.part(first, last)), path.axes, **chosen_of_each(said, np.arange(first, last)))
 
 
 def cut_at_corners(path: Path) -> tuple[Path, IntArray]:
@@ -71,12 +64,7 @@ def cut_at_corners(path: Path) -> tuple[Path, IntArray]:
         else:
             made[i] = Flat.of(split(path.joined[i], *places[at == i].tolist()))
         counts[i] = len(made[i])
-    starts = np.concatenate([[0], np.cumsum(counts)]).tolist()
-    said = path._said()
-    for name in ("feeds", "tolerances", "lines"):
-        said[name] = None if said[name] is None else np.repeat(said[name], counts)
-    said["times"] = None
-    said["markers"] = [replace(marker, before=starts[marker.before]) for marker in path.markers]
+    said = chosen_of_each({**path._said(), "times": None}, np.repeat(np.arange(len(flat)), counts))
     return Path(Packed(flat.changed(made)), path.axes, **said), counts
 
 
@@ -95,21 +83,27 @@ def joined(parts: Sequence[Path]) -> Path:
     """
     if len(parts) == 1:
         return parts[0]
-    starts = np.cumsum([0, *(len(each.joined) for each in parts)]).tolist()
-    feeds = [np.full(len(each.joined), np.inf) if each.feeds is None else each.feeds for each in parts]
-    lines = [each.lines for each in parts if each.lines is not None]
-    markers = [
-        replace(marker, before=marker.before + start)
-        for each, start in zip(parts, starts, strict=False)
-        for marker in each.markers
-    ]
-    return Path(
-        Packed(Flat.joined([each.flat for each in parts])),
-        parts[0].axes,
-        name=parts[0].name,
-        feeds=None if all(each.feeds is None for each in parts) else np.concatenate(feeds),
-        markers=markers,
-        lines=np.concatenate(lines) if len(lines) == len(parts) else None,
-        tolerance=max(each.tolerance for each in parts),
-        by_tip=parts[0].by_tip,
-    )
+    curves, said = in_a_row(parts)
+    return Path(curves, parts[0].axes, name=parts[0].name, by_tip=parts[0].by_tip, **said)
+
+
+def in_a_row(parts: Sequence[Path]) -> tuple[Packed, dict[str, Any]]:
+    """The curves of paths that follow each other, and what is said of them; without a feed they are rapid moves."""
+    counts = [len(each.joined) for each in parts]
+
+    def of_all(name: str, default: float) -> Array | None:
+        given = [getattr(each, name) for each in parts]
+        if all(values is None for values in given):
+            return None
+        filled = [np.full(n, default) if values is None else values for values, n in zip(given, counts, strict=True)]
+        return np.concatenate(filled)
+
+    starts = np.cumsum([0, *counts]).tolist()
+    pairs = zip(parts, starts, strict=False)
+    return Packed(Flat.joined([each.flat for each in parts])), {
+        "feeds": of_all("feeds", np.inf),
+        "tolerances": of_all("tolerances", 0.0),
+        "lines": None if any(each.lines is None for each in parts) else of_all("lines", 0.0),
+        "markers": [replace(marker, before=marker.before + start) for each, start in pairs for marker in each.markers],
+        "tolerance": max(each.tolerance for each in parts),
+    }
