@@ -284,8 +284,7 @@ def steps(setpoints: Setpoints, path: Path) -> Array:
     By quadrature of |C'(u)|, independent of the arc-length table that the interpolators use; see `spans`.
     """
     rows = spans_of(path)
-    row, u = rows.find(setpoints.curve, setpoints.u)
-    return rows.steps(row, rows.ahead(row, (u - rows.middle[row]) * rows.scale[row]))
+    return rows.steps(*rows.place(setpoints.curve, setpoints.u))
 
 
 def feed_ripple(setpoints: Setpoints, path: Path, law: TimeLaw, *, top: float | None = None) -> Ripple:

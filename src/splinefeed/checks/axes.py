@@ -27,10 +27,8 @@ COMPARED, PLACES = 256, np.array([0.1, 0.3, 0.5, 0.7, 0.9])
 TERMS, TAIL, HALVINGS = 16, 3, 30
 NODES = chebyshev.chebpts1(TERMS)
 TO_SERIES = np.linalg.inv(chebyshev.chebvander(NODES, TERMS - 1))
-#: Largest |T_n^(k)| for k = 0 to 3.
-STEEPEST = np.array(
-    [np.ones(TERMS), (n2 := np.arange(TERMS) ** 2.0), n2 * (n2 - 1.0) / 3.0, n2 * (n2 - 1.0) * (n2 - 4.0) / 15.0]
-)
+#: Largest |T_n^(k)|, that at 1, for k = 0 to 3.
+STEEPEST = np.array([chebyshev.chebval(1.0, chebyshev.chebder(np.eye(TERMS), k)) for k in range(4)])
 #: Terms behind the last one above the tail that may be hidden in it.
 HIDDEN = 2
 #: Halving goes on while it makes last terms smaller by this factor, or they are more than this share of positions; to
@@ -164,8 +162,9 @@ class AxesByPlace:
         self.first = np.searchsorted(self.low, ends[:-1])
         self.middle, self.half = self.low + half, half
         counts = np.cumsum((np.abs(series) > tail[:, None])[:, ::-1], axis=1)[:, ::-1] > 0
-        #: Series of the axes, (terms, cells, axes), and floors of them and of their derivatives, (4, cells, axes).
-        self.series = np.ascontiguousarray(np.moveaxis(np.where(counts, series, 0.0), 1, 0)[:-TAIL])
+        #: Series of the axes and their derivatives, (terms, cells, axes) each, and the floor of each, (4, cells, axes).
+        kept = np.moveaxis(np.where(counts, series, 0.0), 1, 0)[:-TAIL]
+        self.series = [chebyshev.chebder(kept, k) / half[:, None] ** k for k in range(4)]
         counts |= np.arange(TERMS)[:, None] < HIDDEN + np.maximum(np.sum(counts, axis=1, keepdims=True), 2)
         self.floor = tail * np.einsum("kn,cna->kca", STEEPEST, counts) / half[:, None] ** np.arange(4)[:, None, None]
 
@@ -191,13 +190,8 @@ class AxesByPlace:
         last = np.append(self.first[1:], len(self.low)) - 1
         cell = np.clip(np.searchsorted(self.low, s, side="right") - 1, self.first[stretch], last[stretch])
         x = np.clip((s - self.middle[cell]) / self.half[cell], -1.0, 1.0)
-        basis = np.zeros((len(self.series), 4, len(x)))
-        basis[0, 0], basis[1, 0], basis[1, 1] = 1.0, x, 1.0
-        for n in range(2, len(basis)):
-            basis[n] = 2.0 * x * basis[n - 1] - basis[n - 2]
-            basis[n, 1:] += 2.0 * np.arange(1.0, 4.0)[:, None] * basis[n - 1, :-1]
-        found = np.einsum("tkn,tna->kna", basis, self.series[:, cell])
-        return found / self.half[cell][:, None] ** np.arange(4.0)[:, None, None], self.floor[:, cell]
+        found = [chebyshev.chebval(x[:, None], each[:, cell], tensor=False) for each in self.series]
+        return np.array(found), self.floor[:, cell]
 
     def apart(self, track: Track) -> tuple[float, list[str]]:
         """How far what a track says of its derivatives is from these, as a share, and a sentence for each fault."""

@@ -6,89 +6,48 @@ together, MOST of them at a time.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 
+from splinefeed.checks.nearest import groups
 from splinefeed.checks.path_limits import TipPlaces, value_of
 from splinefeed.checks.spans import PathSpans, SpanPlaces
-from splinefeed.records import Array, BoolArray, IntArray
-from splinefeed.records.arrays import dot, expanded
+from splinefeed.records import Array, IntArray
+from splinefeed.records.arrays import dot, expanded, taken
 
 #: Parts of pieces that are processed together: they stay in the processor's cache.
 MOST = 4096
-#: Intervals in which a part is examined for its distance from the chord, and Newton steps to the largest distance.
-INTERVALS, NEWTON_STEPS = 8, 4
+#: Intervals in which a part is examined for its distance from the chord, and how often the two around the largest
+#: are then divided into as many again.
+INTERVALS, ZOOMS = 8, 2
 #: What is sampled below this share of what is looked for is not examined more closely.
 WORTH_A_LOOK = 0.9
 
+Value = Callable[[IntArray, SpanPlaces, Array, Array], Array]
+"""Of parts of pieces, p of them: the step of each (p,), the places on its piece, from which t and to which (p,)."""
 
-@dataclass(frozen=True, eq=False)
-class Parts:
-    """Parts of pieces, p of them, that steps run over, n of them.
 
-    Parameters
-    ----------
-    step, row : (p,) array of int
-        Whose part each is, and of which row.
-    low, high : (p,) array
-        From which u to which; low <= high.
-    first : (n,) array of int
-        The first part of each step.
+def _over_steps(spans: PathSpans, row: IntArray, u: Array, value: Value, most: np.ufunc) -> Array:
+    """The `most` of the values of all parts of steps between places (n + 1,), (n,), NaN without a place at one end.
+
+    A step runs over a part of each piece from one place to the next, whichever way it goes.
     """
-
-    step: IntArray
-    row: IntArray
-    low: Array
-    high: Array
-    first: IntArray
-
-
-def parts(spans: PathSpans, row: IntArray, u: Array) -> Iterator[tuple[slice, Parts]]:
-    """Divide steps between places into parts of pieces, whichever way they go, MOST or one step at a time.
-
-    Parameters
-    ----------
-    spans : PathSpans
-        Of the path.
-    row : (n + 1,) array of int
-        Row of each place.
-    u : (n + 1,) array
-        Parameter on it.
-
-    Yields
-    ------
-    steps : slice
-        Which of them.
-    parts : Parts
-        Of these; a step without a place at one of its ends has a part of no length.
-    """
-    lost, back = _ways(row, u)
-    begin, low = (np.where(back, each[1:], each[:-1]) for each in (row, u))
-    end, high = (np.where(back, each[:-1], each[1:]) for each in (row, u))
-    end, low, high = np.where(lost, begin, end), *(np.where(lost, spans.low[begin], each) for each in (low, high))
+    out = np.full(max(len(u) - 1, 0), np.nan)
+    known = np.flatnonzero(np.isfinite(u[:-1]) & np.isfinite(u[1:]))
+    ends = np.stack([row[known], row[known + 1]]), np.stack([u[known], u[known + 1]])
+    back = (ends[0][1] < ends[0][0]) | ((ends[0][1] == ends[0][0]) & (ends[1][1] < ends[1][0]))
+    (begin, end), (low, high) = (np.where(back, each[::-1], each) for each in ends)
     count = end - begin + 1
-    until = np.cumsum(count)
-    start = 0
-    while start < len(count):
-        before = int(until[start - 1]) if start else 0
-        stop = max(int(np.searchsorted(until, before + MOST, side="right")), start + 1)
-        piece = slice(start, stop)
-        step, number = expanded(count[piece])
-        of, last = begin[piece][step] + number, until[piece] - before - 1
-        first = last - count[piece] + 1
+    for run in groups(count, MOST):
+        step, number = expanded(count[run])
+        of, first = begin[run][step] + number, np.flatnonzero(number == 0)
         low_of, high_of = spans.low[of], spans.high[of]
-        low_of[first], high_of[last] = low[piece], high[piece]
-        yield piece, Parts(step, of, low_of, high_of, first)
-        start = stop
-
-
-def _ways(row: IntArray, u: Array) -> tuple[BoolArray, BoolArray]:
-    """Whether steps between places (n + 1,) have no place at one end, and whether they go back, (n,)."""
-    with np.errstate(invalid="ignore"):
-        back = (row[1:] < row[:-1]) | ((row[1:] == row[:-1]) & (u[1:] < u[:-1]))
-    return np.isnan(u[:-1]) | np.isnan(u[1:]), back
+        low_of[first], high_of[first + count[run] - 1] = low[run], high[run]
+        places = SpanPlaces(spans, of)
+        found = value(known[run][step], places, places.t(low_of), places.t(high_of))
+        out[known[run]] = most.reduceat(found, first)
+    return out
 
 
 def chord_errors(spans: PathSpans, row: IntArray, u: Array, position: Array, worth: float | None = None) -> Array:
@@ -113,54 +72,42 @@ def chord_errors(spans: PathSpans, row: IntArray, u: Array, position: Array, wor
         Largest distance, mm, NaN without a place. Every part is examined by itself, ends included, so that a corner at
         a knot is never between two samples.
     """
-    linear = spans.linear
-    out = np.empty(max(len(u) - 1, 0))
-    shares = np.arange(INTERVALS + 1)[:, None] / INTERVALS
-    for steps, part in parts(spans, row, u):
-        ends = position[:linear, steps.start : steps.stop + 1]
-        start = ends[:, part.step]
-        chord = (ends[:, 1:] - ends[:, :-1])[:, part.step]
-        width = part.high - part.low
-        places = SpanPlaces(spans, part.row)
-        distance = _from_chord(places.derivatives(places.t(part.low + shares * width), 0)[0][:linear], start, chord)[0]
-        best = np.argmax(distance, axis=0)
-        each = distance[best, np.arange(len(best))]
-        near = np.arange(len(best))
-        if worth is not None:
-            near = np.flatnonzero(each >= WORTH_A_LOOK * min(worth, float(np.max(each, initial=0.0))))
-        begin, wide = part.low[near], width[near]
-        left, right = (
-            begin + wide * shares[np.maximum(best[near] - 1, 0), 0],
-            begin + wide * shares[np.minimum(best[near] + 1, INTERVALS), 0],
-        )
-        place = begin + wide * shares[best[near], 0]
-        places, start, chord = SpanPlaces(spans, part.row[near]), start[:, near], chord[:, near]
-        for _ in range(NEWTON_STEPS if len(near) else 0):
-            c, first, second = (values[:linear] for values in places.derivatives(places.t(place), 2))
-            far, apart, inside = _from_chord(c, start, chord)
-            each[near] = np.maximum(each[near], far)
-            # half the squared distance has the slope apart.C' and bends by C'.C' + apart.C'', less what runs along
-            slope, bend = dot(apart, first), dot(first, first) + dot(apart, second)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                bend -= np.where(inside, dot(first, chord) ** 2 / dot(chord, chord), 0.0)
-                place = np.where(bend < 0.0, np.clip(place - slope / bend, left, right), place)
-        if len(near):
-            far = _from_chord(places.derivatives(places.t(place), 0)[0][:linear], start, chord)[0]
-            each[near] = np.maximum(each[near], far)
-        out[steps] = np.maximum.reduceat(each, part.first)
-    out[np.isnan(u[:-1]) | np.isnan(u[1:])] = np.nan
-    return out
+    position, shares = position[: spans.linear], np.arange(INTERVALS + 1)[:, None] / INTERVALS
+
+    def distance(step: IntArray, places: SpanPlaces, low: Array, high: Array) -> Array:
+        out, near = np.zeros(len(step)), np.arange(len(step))
+
+        def see(t: Array) -> Array:
+            start = position[:, None, step[near]]
+            at = places.derivatives(t, 0)[0][: spans.linear] - start
+            found = _from_line(at, position[:, None, step[near] + 1] - start)
+            out[near] = np.maximum(out[near], np.max(found, axis=0))
+            return found
+
+        for _ in range(1 + ZOOMS):
+            t = low + (high - low) * shares
+            found = see(t)
+            middle, own = np.clip(np.argmax(found, axis=0), 1, INTERVALS - 1), np.arange(len(near))
+            (low, at, high), (before, top, after) = ([each[middle + k, own] for k in (-1, 0, 1)] for each in (t, found))
+            if worth is not None:
+                worthy = out[near] >= WORTH_A_LOOK * min(worth, float(np.max(out, initial=0.0)))
+                near, low, at, high, before, top, after = taken(worthy, near, low, at, high, before, top, after)
+                places = SpanPlaces(spans, places.row[worthy])
+        with np.errstate(divide="ignore", invalid="ignore"):  # the top of the parabola through the last three
+            ahead = 0.25 * (before - after) / (before - 2.0 * top + after) * (high - low)
+        see(np.clip(np.where(np.isfinite(ahead), at + ahead, at), low, high)[None])
+        return out
+
+    return _over_steps(spans, row, u, distance, np.maximum)
 
 
-def _from_chord(at: Array, start: Array, chord: Array) -> tuple[Array, Array, BoolArray]:
-    """Distance (..., n) of points (linear, ..., n) from straight lines, mm, as vectors, and where it is across them."""
-    start, chord = (each.reshape(len(at), *(1,) * (at.ndim - 2), each.shape[-1]) for each in (start, chord))
-    square = dot(chord, chord)
+def _from_line(at: Array, line: Array) -> Array:
+    """Distance (k, n), mm, of points (linear, k, n) from straight lines from zero on."""
+    square = dot(line, line)
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(square > 0.0, dot(at - start, chord) / square, 0.0)
-    inside = (share > 0.0) & (share < 1.0)
-    apart = at - start - np.clip(share, 0.0, 1.0) * chord
-    return np.sqrt(dot(apart, apart)), apart, inside
+        share = np.where(square > 0.0, dot(at, line) / square, 0.0)
+    apart = at - np.clip(share, 0.0, 1.0) * line
+    return np.asarray(np.sqrt(dot(apart, apart)))
 
 
 def least_values(name: str, spans: PathSpans, row: IntArray, u: Array, feed: Array) -> Array:
@@ -184,12 +131,10 @@ def least_values(name: str, spans: PathSpans, row: IntArray, u: Array, feed: Arr
     (n,) array
         It is evaluated at both ends and the middle of every part.
     """
-    out = np.empty(max(len(u) - 1, 0))
     thirds = np.array([0.0, 0.5, 1.0])[:, None]
-    for steps, part in parts(spans, row, u):
-        places = SpanPlaces(spans, part.row)
-        at = TipPlaces(places, places.derivatives(places.t(part.low + thirds * (part.high - part.low)), 3))
-        values = value_of(name, at, feed[steps][part.step])
-        out[steps] = np.minimum.reduceat(np.min(values, axis=0), part.first)
-    out[np.isnan(u[:-1]) | np.isnan(u[1:])] = np.nan
-    return out
+
+    def least(step: IntArray, places: SpanPlaces, low: Array, high: Array) -> Array:
+        at = TipPlaces(places, places.derivatives(low + thirds * (high - low), 3))
+        return np.asarray(np.min(value_of(name, at, feed[step]), axis=0))
+
+    return _over_steps(spans, row, u, least, np.minimum)

@@ -236,7 +236,7 @@ class Bounds:
         sides = []
         for side, end in ((before, 1.0), (behind, -1.0)):
             places = SpanPlaces(self.rows, side)
-            c, (_, r1, r2, _) = places.along(np.full(len(side), end), 3)
+            c, (_, r1, r2, _) = places.along(np.full(len(side), end))
             speed, second = (np.sqrt(places.product(each, each)) for each in c[1:3])
             least = NO_SPEED * self.rows.lengths[side] * places.scale
             still, limit = speed <= least, np.where(second > least * places.scale, -end * c[2], c[3])
@@ -246,8 +246,7 @@ class Bounds:
     @cached_property
     def alone(self) -> Array:
         """Arc lengths of the tip, mm, at which the curves begin on which rotary axes move alone, (k,)."""
-        still = self.rows.still
-        return np.zeros(0) if still is None else self.rows.tip.curve_starts[np.unique(self.rows.curve[still])]
+        return np.asarray(self.rows.tip.curve_starts[np.unique(self.rows.curve[self.rows.still])])
 
     def place(self, s: float) -> float:
         """Arc length of the tip, mm, at a length s, mm."""
@@ -446,17 +445,15 @@ def hidden_dip(means: Array, floor: Array | float, period: float, accelerations:
     return np.asarray(np.where((way > 0.0) & np.isfinite(deepest), deepest, 0.0))
 
 
-def neighbours(rests: Array, begin: Array, end: Array, slack: Array | float) -> BoolArray:
-    """Whether begin and end, mm, (n,), are one of the sorted `rests` (m,), mm, and the next one, within slack, mm."""
-    first = np.clip(np.searchsorted(rests, begin + slack, side="right") - 1, 0, len(rests) - 2)
-    with np.errstate(invalid="ignore"):
-        found: BoolArray = (np.abs(rests[first] - begin) <= slack) & (np.abs(rests[first + 1] - end) <= slack)
-    return found
-
-
-def standing(rests: Array, s: Array, slack: Array | float) -> BoolArray:
-    """Whether s, mm, (n,), is one of the sorted `rests` (m,), mm, at least two, within slack, mm."""
+def resting(rests: Array, s: Array, slack: Array | float) -> IntArray:
+    """Which of the sorted `rests` (m,), mm, at least two, s, mm, (n,), is within slack, mm; -1 for none."""
     after = np.clip(np.searchsorted(rests, s), 1, len(rests) - 1)
     with np.errstate(invalid="ignore"):
-        found: BoolArray = np.minimum(np.abs(rests[after - 1] - s), np.abs(rests[after] - s)) <= slack
-    return found
+        nearest = np.where(s - rests[after - 1] <= rests[after] - s, after - 1, after)
+        return np.where(np.abs(rests[nearest] - s) <= slack, nearest, -1)
+
+
+def neighbours(rests: Array, begin: Array, end: Array, slack: Array | float) -> BoolArray:
+    """Whether begin and end, mm, (n,), are one of the sorted `rests` (m,), mm, and the next one, within slack, mm."""
+    first, last = (resting(rests, each, slack) for each in (begin, end))
+    return np.asarray((first >= 0) & (last == first + 1))

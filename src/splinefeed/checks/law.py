@@ -7,7 +7,7 @@ polynomial piece. It is examined by itself, ends included, so that values at bre
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -158,7 +158,7 @@ def _ends(law: TimeLaw, bounds: Bounds, motion: LawMotion, start: State | None) 
     feeds = motion_at(law, law.breaks[[0, -1]], 1)
     places = SpanPlaces(bounds.rows, np.array([0, len(bounds.rows) - 1]))
     with np.errstate(all="ignore"):  # of feeds at the ends of the path, which are those of the tip
-        of_tip = feeds * places.tip(places.along(np.array([-1.0, 1.0]), 3)[1])[0]
+        of_tip = feeds * places.tip(places.along(np.array([-1.0, 1.0]))[1])[0]
     feeds = np.where((feeds > 0.0) & [start is None, True], of_tip, feeds)
     given = [("start_feed" if start is None else "that of the start", begins.feed), ("end_feed", limits.end_feed)]
     for (name, wanted), time, feed in zip(given, law.breaks[[0, -1]].tolist(), feeds.tolist(), strict=True):
@@ -176,7 +176,7 @@ def _jumps(law: TimeLaw, bounds: Bounds, motion: LawMotion, period: float) -> tu
     limits, along = bounds.limits, unit_along(bounds.path.axes)
     problems, notes = [], []
     jerk = min(limits.jerk, limits.deceleration_jerk or np.inf)  # may build up this much within a rounding of t
-    mixed = bounds.rows.tip is not bounds.rows  # the law's acceleration is not that of the tip
+    mixed = bounds.rows.mixed  # the law's acceleration is not that of the tip
     jerk = jerk if jerk < np.inf and not mixed else 0.0
     kinds = (
         ("s", along, ROUNDINGS * EPSILON * bounds.rows.length + NO_JUMP * motion.top * period),
@@ -212,16 +212,6 @@ def _corner_notes(law: TimeLaw, bounds: Bounds, top: float) -> Iterator[str]:
             "which are what the drive sees and grow as the period falls, or the velocity step of each axis where that "
             "is limited"
         )
-
-
-def _least_feeds(law: TimeLaw, s: Array, rounding: float) -> Array:
-    """Least feed of a law within the rounding of arc lengths s (n,), mm/s: where it rests, it is 0 at a break there."""
-    first, last = times_at(law, s - rounding), times_at(law, s + rounding)
-    least: Array = np.minimum(motion_at(law, first, 1), motion_at(law, last, 1))
-    begin, end = np.searchsorted(law.breaks, first, "left"), np.searchsorted(law.breaks, last, "right")
-    for k in np.flatnonzero(end > begin):
-        least[k] = min(least[k], float(np.min(motion_at(law, law.breaks[begin[k] : end[k]], 1))))
-    return np.maximum(least, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -284,9 +274,9 @@ class LawMotion:
         self.columns = {each: (order, k) for order, names in enumerate(bounded.names) for k, each in enumerate(names)}
         self.mix = np.vstack([np.eye(len(bounds.axes)), bounded.weights])
         #: Whether the length is not that of the tip: what is along the path is then along that of the tip.
-        self.mixed = self.rows.tip is not self.rows
+        self.mixed = self.rows.mixed
         #: Largest feed, acceleration or deceleration, and feed backwards with its t and s.
-        self.top = self.steepest = 0.0
+        self.top, self.steepest = 0.0, float(np.max(np.abs(motion_at(law, law.breaks, 2))))
         self.backwards = (0.0, 0.0, 0.0)
         #: Instants with C' = 0 within the rounding of s, at which derivatives of the axes are 0/0.
         self.irregular = 0
@@ -296,8 +286,8 @@ class LawMotion:
         stretches = self._stretches()
         places = 0.5 * (1.0 - np.cos(np.pi * np.arange(INSTANTS) / (INSTANTS - 1)))[:, None]
         for start in range(0, len(stretches[0]), MOST):
-            piece, row, way, low, width = (each[start : start + MOST] for each in stretches)
-            found = self._look(piece, row, way, low + places * width, worsts, everything=True)
+            piece, row, low, width = (each[start : start + MOST] for each in stretches)
+            found = self._look(piece, row, low + places * width, worsts, everything=True)
             for name, (value, limit) in found.items():
                 each = np.where(np.isnan(value), -np.inf, value)
                 best, owner = np.argmax(each, axis=0), np.arange(len(piece))
@@ -312,7 +302,7 @@ class LawMotion:
                     angle = np.pi * (best + 0.5 * (before - after) / bend) / (INSTANTS - 1)
                 if near.any():
                     tau = low[near] + width[near] * 0.5 * (1.0 - np.cos(angle[near]))
-                    self._look(piece[near], row[near], way[near], tau[None], {name: worsts[name]})
+                    self._look(piece[near], row[near], tau[None], {name: worsts[name]})
             tell("checking the law", start + len(piece), len(stretches[0]))
 
     def places_of(self, setpoints: Setpoints) -> OnPath:
@@ -356,10 +346,11 @@ class LawMotion:
     def corner_steps(self, corners: slice) -> tuple[Array, Array]:
         """When the law passes some corners, s, (k,), and by how much the velocity of each axis steps, (k, axes)."""
         s, jumps = self.bounds.corners.s[corners], self.bounds.corners.jumps[corners]
-        return times_at(self.law, s), _least_feeds(self.law, s, self.rounding)[:, None] * jumps
+        around = (motion_at(self.law, times_at(self.law, s + side), 1) for side in (-self.rounding, self.rounding))
+        return times_at(self.law, s), np.maximum(np.minimum(*around), 0.0)[:, None] * jumps
 
     def _look(
-        self, piece: IntArray, row: IntArray, way: Array, tau: Array, worsts: dict[str, Worst], everything: bool = False
+        self, piece: IntArray, row: IntArray, tau: Array, worsts: dict[str, Worst], everything: bool = False
     ) -> dict[str, tuple[Array, Array]]:
         """Compare limits with their values at tau (k, z), s, of stretches (z,); returns both, (k, z) and (z,)."""
         s, v, a, j = motion_of(self.law.coefficients[piece], tau)
@@ -372,9 +363,10 @@ class LawMotion:
         of_path = [name for name in worsts if self.mixed or name not in ALONG]
         on = self._within(row, s) if of_path else None
         values = self._values(on, v, a, j, worsts)
-        if self.mixed:
-            tip = values["acceleration"]
-            way = np.where(np.all(tip > 0.0, axis=0), 1.0, np.where(np.all(tip < 0.0, axis=0), -1.0, 0.0))
+        # at the ends of a stretch, where the sign of the law's own acceleration changes, that is rounding
+        signs = values["acceleration"][slice(1, -1) if everything and not self.mixed else slice(None)]
+        signs = np.sign(np.where(np.abs(signs) > NO_SIGN * self.steepest, signs, 0.0))
+        way = np.max(signs, axis=0) + np.min(signs, axis=0)  # 0 where it may be either
         regular = np.all([np.isfinite(values[name]) for name in of_path], axis=0)
         self.irregular += int(np.count_nonzero(~regular)) if everything else 0
         limits = {"feed": self.bounds.row_feeds[self.row[row]], "jerk": self.bounds.jerks(way > 0, way < 0)}
@@ -430,7 +422,7 @@ class LawMotion:
         self, places: SpanPlaces, row: IntArray, t: Array, s: Array, stretch: IntArray | None = None
     ) -> OnPath:
         """The path at t (n,) of places on spans (n,), which are at s (n,), mm, on stretches (n,) of a track."""
-        derivatives, r = places.along(t, 3)
+        derivatives, r = places.along(t)
         axes = r[1:]
         if self.axes is not None:
             found = self.axes.at(s, self.axes.stretch(s) if stretch is None else stretch)[0]
@@ -471,11 +463,12 @@ class LawMotion:
         return out
 
     def _stretches(self) -> tuple[Any, ...]:
-        """Piece of the law, row, way, begin behind the piece's start, s, and duration of z stretches, (z,) each.
+        """Piece of the law, row, begin behind the piece's start, s, and duration of z stretches, (z,) each.
 
-        Way is 1 where the feed grows, -1 where it falls, 0 where that is undetermined. What is no longer than the
-        rounding of its instant is left out.
+        What is no longer than the rounding of its instant is left out.
         """
+        from scipy.interpolate import PPoly
+
         law, start, c = self.law, self.start, self.law.coefficients
         span, every = np.diff(law.breaks), np.arange(len(c))
         # a piece that begins or ends as near a row's end as two sums of their lengths may be apart begins or ends there
@@ -484,31 +477,21 @@ class LawMotion:
         least = np.maximum(np.searchsorted(start, begin, side="right") - 1, 0)
         most = np.maximum(np.searchsorted(start, end, side="left") - 1, least)
         owner, number = expanded(most - least)
-        row = 1 + least[owner] + number
-        ends = reached(c[owner], start[row], np.zeros(len(owner)), span[owner])
-        with np.errstate(divide="ignore", invalid="ignore"):  # where the jerk, c + b tau + a tau^2, is 0
-            a, b, constant = 60.0 * c[:, 5], 24.0 * c[:, 4], 6.0 * c[:, 3]
-            q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * constant), b))
-            turning = np.stack([q / a, constant / q])
-            turning = np.where((turning > 0.0) & (turning < span), turning, span)
-        cuts = np.sort(np.concatenate([np.zeros((1, len(span))), turning, span[None]]), axis=0)
-        # between these the acceleration goes one way, and has one root at most
-        low, high = cuts[:-1], cuts[1:]
-        first = motion_of(c, low)[2]
-        crosses = first * motion_of(c, high)[2] < 0.0
-        own, sign = np.broadcast_to(every, crosses.shape)[crosses], np.sign(first[crosses])
-        roots = bisected(lambda tau: motion_of(c[own], tau)[2] * sign > 0.0, low[crosses], high[crosses])
-        piece = np.concatenate([np.tile(every, len(cuts)), own, owner])
-        tau = np.concatenate([cuts.ravel(), roots, ends])
+        ends = reached(c[owner], start[1 + least[owner] + number], np.zeros(len(owner)), span[owner])
+        whole = PPoly(
+            c[:, ::-1].T, law.breaks
+        )  # its acceleration changes sign or turns at the roots, NaN if it stays 0
+        turns = np.concatenate([whole.derivative(k).roots(extrapolate=False) for k in (2, 3)])
+        own, turning = pieces_at(law, turns[np.isfinite(turns)])
+        piece = np.concatenate([every, every, own, owner])
+        tau = np.concatenate([np.zeros(len(c)), span, turning, ends])
         order = np.lexsort((tau, piece))
         piece, tau = piece[order], tau[order]
         keep = (piece[1:] == piece[:-1]) & (np.diff(tau) > 2.0 * EPSILON * np.abs(law.breaks[piece[:-1] + 1]))
         piece, low, high = piece[:-1][keep], tau[:-1][keep], tau[1:][keep]
-        middle = motion_of(c[piece], 0.5 * (low + high))
-        row = np.clip(np.searchsorted(start, middle[0], side="right") - 1, least[piece], most[piece])
-        largest = np.maximum(*(np.abs(motion_of(c[piece], each)[2]) for each in (low, high)))
-        distinct = largest > NO_SIGN * float(np.max(largest, initial=0.0))
-        return piece, row, np.where(distinct, np.sign(middle[2]), 0.0), low, high - low
+        middle = motion_of(c[piece], 0.5 * (low + high), 0)[0]
+        row = np.clip(np.searchsorted(start, middle, side="right") - 1, least[piece], most[piece])
+        return piece, row, low, high - low
 
 
 def by_time(x: Sequence[Array], v: Array, a: Array, j: Array) -> tuple[Array, Array, Array]:
@@ -549,18 +532,13 @@ def pieces_at(law: TimeLaw, t: Array) -> tuple[IntArray, Array]:
     return piece, t - law.breaks[piece]
 
 
-def bisected(before: Callable[[Array], BoolArray], low: Array, high: Array) -> Array:
-    """The first tau (n,) in [low, high] that is not `before` a change, by bisection."""
+def reached(c: Array, s: Array, low: Array, high: Array) -> Array:
+    """tau (n,) in [low, high] at which polynomials c (n, 6), growing, reach s (n,): by bisection."""
     for _ in range(BISECTIONS if len(low) else 0):
         middle = 0.5 * (low + high)
-        ahead = before(middle)
-        low, high = np.where(ahead, middle, low), np.where(ahead, high, middle)
+        before = motion_of(c, middle, 0)[0] < s
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
     return high
-
-
-def reached(c: Array, s: Array, low: Array, high: Array) -> Array:
-    """tau (n,) in [low, high] at which polynomials c (n, 6), growing, reach s (n,)."""
-    return bisected(lambda tau: motion_of(c, tau, 0)[0] < s, low, high)
 
 
 def times_at(law: TimeLaw, s: Array) -> Array:

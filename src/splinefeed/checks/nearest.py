@@ -47,7 +47,7 @@ class NearestOnPath(Search):
         super().__init__(spans, units)
         self.spans, self.closed = spans, closed
         #: Spans that are a point, as only axes that do not count move on them.
-        self._points = spans.still if units is None else None
+        self._points = spans.still if units is None and spans.still.any() else None
         cells = self.cells
         length = spans.ahead(cells.row, cells.high) - spans.ahead(cells.row, cells.low)
         if self._points is not None:
@@ -55,17 +55,16 @@ class NearestOnPath(Search):
         self.way = np.concatenate([[0.0], np.cumsum(length)])  # up to the start of each cell, and to the end
         self.rounding = ROUNDINGS * EPSILON * (float(self.way[-1]) + float(np.max(np.abs(cells.first), initial=0.0)))
 
-    def near(self, q: Array, hint: Array, window: float = 0.0, *, closed: bool | None = None) -> Found:
+    def near(self, q: Array, hint: Array, window: float = 0.0) -> Found:
         """Nearest point to positions (dims, n) near arc lengths `hint` (n,), mm.
 
         The window is [hint - h, hint + h] with h = max(window, REACH |Q - r(hint)|), doubled until its nearest point is
         not one of its own ends, unless that is an end of the path; on a closed path it continues across the seam. It
         ends as the whole path. What lies on moves of axes that do not count is a point.
         """
-        closed = self.closed if closed is None else closed
-        return in_parts(q.shape[1], lambda part: self._near(q[:, part], hint[part], window, closed))
+        return in_parts(q.shape[1], lambda part: self._near(q[:, part], hint[part], window))
 
-    def _near(self, q: Array, hint: Array, window: float, closed: bool) -> Found:
+    def _near(self, q: Array, hint: Array, window: float) -> Found:
         spans, length = self.spans, float(self.way[-1])
         row = spans.at(hint)
         t = spans.parameter(row, np.clip(hint - spans.start[row], 0.0, spans.lengths[row]))
@@ -93,7 +92,7 @@ class NearestOnPath(Search):
         for _ in range(DOUBLINGS):
             if not len(index):
                 break
-            index, half = self._in_windows(q, way, index, half, found, closed)
+            index, half = self._in_windows(q, way, index, half, found)
         return found
 
     def _ways(self, row: IntArray, t: Array) -> Array:
@@ -103,11 +102,9 @@ class NearestOnPath(Search):
         before = self.way[np.searchsorted(self.cells.row, row)]
         return np.asarray(before + np.where(self._points[row], 0.0, self.spans.ahead(row, t)))
 
-    def _in_windows(
-        self, q: Array, way: Array, index: IntArray, half: Array, found: Found, closed: bool
-    ) -> tuple[IntArray, Array]:
+    def _in_windows(self, q: Array, way: Array, index: IntArray, half: Array, found: Found) -> tuple[IntArray, Array]:
         """Better `found` at `index` within half (n,), mm, of way (n,); what is left, and the next half-widths."""
-        length, s, h = float(self.way[-1]), way[index], half[index]
+        closed, length, s, h = self.closed, float(self.way[-1]), way[index], half[index]
         covers = 2.0 * h >= length if closed else (h >= s) & (h >= length - s)
         if covers.any():
             found.put(index[covers], self.whole(q[:, index[covers]]))
@@ -137,7 +134,7 @@ class NearestOnPath(Search):
         last = np.maximum(np.searchsorted(self.way[:-1], end, side="right") - 1, first)
         # where C' = 0 a rounding of the way is far
         low, high = self._places(first, begin - self.rounding), self._places(last, end + self.rounding)
-        for part in _groups(last - first + 1):
+        for part in groups(last - first + 1, MOST_PAIRS):
             pair, number = expanded((last - first + 1)[part])
             pair += part.start
             cell = first[pair] + number
@@ -177,11 +174,24 @@ class NearestOnPath(Search):
         found.put(who[good], other.take(nearest[good]))
 
 
-def _groups(counts: IntArray) -> Iterator[slice]:
-    """Runs of owners that have MOST_PAIRS things together, by how many each has, counts (n,), or one owner."""
+def groups(counts: IntArray, most: int) -> Iterator[slice]:
+    """Divide owners into runs that have so many things together, or into one owner.
+
+    Parameters
+    ----------
+    counts : (n,) array of int
+        How many each has.
+    most : int
+        Of one run.
+
+    Yields
+    ------
+    slice
+        Of the next run.
+    """
     until, start = np.cumsum(counts), 0
     while start < len(counts):
         before = int(until[start - 1]) if start else 0
-        stop = max(int(np.searchsorted(until, before + MOST_PAIRS, side="right")), start + 1)
+        stop = max(int(np.searchsorted(until, before + most, side="right")), start + 1)
         yield slice(start, stop)
         start = stop

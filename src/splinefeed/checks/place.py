@@ -93,9 +93,9 @@ class Placer:
     def __init__(self, path: Path, rows: PathSpans | None = None) -> None:
         self.path, self.rows = path, rows or spans_of(path)
         #: What each axis counts when places are searched by all axes, as the linear ones stand still somewhere.
-        self._units: Array | None = path.weights if self.rows.still is not None else None
-        self._s: float | None = None  # arc length of the last setpoint, and its position
-        self._q = np.zeros(0)
+        self._units: Array | None = path.weights if self.rows.still.any() else None
+        self._s: float | None = None  # arc length of the last setpoint, and its position: at first that of the path
+        self._q = SpanPlaces(self.rows, np.zeros(1, dtype=np.int64)).derivatives(np.array([-1.0]), 0)[0][:, 0]
         self._ahead = FIRST_AHEAD
         #: Largest distance so far of a setpoint without arc length from the path, mm; see `place`.
         self.apart = 0.0
@@ -103,7 +103,7 @@ class Placer:
     @cached_property
     def search(self) -> NearestOnPath:
         """Nearest points of the path; over all axes where linear and rotary ones move."""
-        return NearestOnPath(self.rows, closed=self.path.closed, units=self._units)
+        return NearestOnPath(self.rows, units=self._units)
 
     @cached_property
     def _search_all(self) -> NearestOnPath:
@@ -118,21 +118,19 @@ class Placer:
         named = finite & np.isfinite(setpoints.u) & (setpoints.curve >= 0) & (setpoints.curve < len(rows.curves))
         row, u = rows.find(np.where(named, setpoints.curve, 0), np.where(named, setpoints.u, 0.0))
         place = self._at(row, u, position)
-        astray = np.zeros(len(u))
-        good = named & (place.apart <= allowed) & (place.turned <= allowed)
-        if not good.all():
-            bad = np.flatnonzero(named & ~good)
-            astray[bad] = place.apart[bad]
-            runs = _runs(finite & ~named, finite)
-            for run in [bad, *runs] if len(bad) else runs:
-                if run is bad:
-                    found = self.search.near(self.metric(position[:, bad]), place.s[bad], closed=False)
-                else:
-                    self._carry(place.s, position, finite, int(run[0]))
-                    found = self.follow(position[:, run], allowed)
-                row[run], u[run], place.s[run] = found.row, self.parameter(found), rows.arc_length(found.row, found.t)
+        off = named & ~((place.apart <= allowed) & (place.turned <= allowed))
+        astray, index = np.where(off, place.apart, 0.0), np.flatnonzero(finite & (off | ~named))
+        if len(index):
+            if named.any():
+                hint = np.interp(index, np.flatnonzero(named), place.s[named])
+                found = self.search.near(self.metric(position[:, index]), hint)
+            else:
+                found = self.follow(position[:, index], allowed)
+            row[index], u[index] = found.row, self.parameter(found)
             place = self._by_all_axes(self._at(row, u, position), finite & ~named, allowed)
-        self._carry(place.s, position, finite, len(u))
+        known = np.flatnonzero(finite)
+        if len(known):
+            self._s, self._q = float(place.s[known[-1]]), position[:, known[-1]]
         for each in (place.u, place.s, place.ahead, place.apart, place.turned, place.speed, place.velocity):
             each[..., ~finite] = np.nan
         return replace(place, astray=astray)
@@ -144,7 +142,7 @@ class Placer:
             return place
         search = self._search_all
         position = place.position[:, off]
-        found = search.near(position * search.unit[:, None], place.s[off], closed=False)
+        found = search.near(position * search.unit[:, None], place.s[off])
         other = self._at(found.row, self.parameter(found), position)
         fits = (other.apart <= allowed) & (other.turned <= allowed)
         row, u = place.row.copy(), place.u.copy()
@@ -175,12 +173,6 @@ class Placer:
         u = rows.middle[row] + found.t / rows.scale[row]
         return np.asarray(np.clip(u, rows.low[row], rows.high[row]))
 
-    def _carry(self, s: Array, position: Array, finite: BoolArray, count: int) -> None:
-        """Record the last of the first `count` setpoints that has a place."""
-        known = np.flatnonzero(finite[:count])
-        if len(known):
-            self._s, self._q = float(s[known[-1]]), position[:, known[-1]]
-
     def go_on(self, other: Placer, gone: float) -> None:
         """Follow on where another one is, along a path that lacks the first `gone` mm of that one's."""
         self._s, self._q = None if other._s is None else other._s - gone, other._q
@@ -190,10 +182,6 @@ class Placer:
         q, count = self.metric(position), position.shape[1]
         out = Found(np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
         last, apart = self._s or 0.0, 0.0
-        if not len(self._q):  # nothing was before: the path's own place there
-            row = self.rows.at(np.array([last]))
-            t = self.rows.parameter(row, np.array([last]) - self.rows.start[row])
-            self._q = SpanPlaces(self.rows, row).derivatives(t, 0)[0][:, 0]
         before = self.metric(self._q[:, None])
         slack = max(allowed, ROUNDINGS * EPSILON * self.rows.length)
         begin = 0
@@ -202,11 +190,11 @@ class Placer:
             here = q[:, index]
             way = np.linalg.norm(np.diff(np.concatenate([before, here], axis=1), axis=1), axis=0)
             hint = np.minimum(last + np.cumsum(way), self.rows.length)
-            found = self.search.near(here, hint, closed=False)
+            found = self.search.near(here, hint)
             # around a bend sharper than a step, the place on the path may lie beyond the window
             stray = np.flatnonzero(np.sqrt(found.square) > slack)
             if allowed > 0.0 and len(stray):
-                wide = self.search.near(here[:, stray], hint[stray], WIDE * float(np.max(way)), closed=False)
+                wide = self.search.near(here[:, stray], hint[stray], WIDE * float(np.max(way)))
                 on = np.flatnonzero(np.sqrt(wide.square) <= slack)
                 found.put(stray[on], wide.take(on))
             s = self.rows.arc_length(found.row, found.t)
@@ -236,7 +224,7 @@ class Placer:
         if self._s is None:
             self._units = self._units if known.keys() >= set(self.path.axes) else None
             found = self.search.whole(self.metric(position[:, :1]))
-            self._s = float(self.rows.arc_length(found.row, found.t)[0])
+            self._s, self._q = float(self.rows.arc_length(found.row, found.t)[0]), position[:, 0]
             if self.path.closed and self._s >= (1.0 - AT_SEAM) * self.rows.length:
                 self._s = 0.0
         found = self.follow(position, 0.0)
@@ -260,7 +248,7 @@ class Placer:
         step, before, near = step[doubtful], before[doubtful], distance[doubtful] + slack
         side = np.array([[0.0], [1.0]])  # the first place ahead, and from a place behind the last one that as far ahead
         hint = np.minimum(before + side * np.abs(step), self.rows.length)
-        other = self.search.near(np.tile(q[:, doubtful], 2), hint.ravel(), closed=False)
+        other = self.search.near(np.tile(q[:, doubtful], 2), hint.ravel())
         at = self.rows.arc_length(other.row, other.t).reshape(hint.shape) - before
         moved = (np.sqrt(other.square).reshape(hint.shape) <= near) & (np.abs(at - step) > 2.0 * slack)
         moved &= (at >= 0.0) & (at <= LONGER * np.abs(step) + slack) & ((side == 0.0) | (step < 0.0))
@@ -271,10 +259,3 @@ class Placer:
         found.put(np.array([first]), other.take(np.array([which * len(doubtful) + k])))
         s[first] = at[which, k] + before[k]
         return first + 1
-
-
-def _runs(wanted: BoolArray, known: BoolArray) -> list[IntArray]:
-    """Indices of each run of what is `wanted` (n,) among what is `known` (n,)."""
-    index = np.flatnonzero(known)
-    picked = np.flatnonzero(wanted[index])
-    return [index[run] for run in np.split(picked, np.flatnonzero(np.diff(picked) > 1) + 1) if len(run)]

@@ -17,7 +17,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from splinefeed.checks import between
-from splinefeed.checks.bounds import BESIDE, STEP, Bounds, Fault, contain, neighbours, standing
+from splinefeed.checks.bounds import BESIDE, STEP, Bounds, Fault, contain, neighbours, resting
 from splinefeed.checks.by_tick import ByTick
 from splinefeed.checks.differences import ON_TIME, divided
 from splinefeed.checks.law import motion_at
@@ -90,7 +90,7 @@ class Judge:
     ) -> None:
         self.law, self.period, self.by_tick = law, first.period, by_tick
         self.begins, self.start = start, start or State(feed=bounds.limits.start_feed)
-        self._of_tip_at_start = start is None or bounds.rows.tip is bounds.rows  # whether its feed is the tip's
+        self._of_tip_at_start = start is None or not bounds.rows.mixed  # whether its feed is the tip's
         if bounds.track is not None and np.isnan(first.u).any():
             raise InputError(
                 "the setpoints have no u; axes that do not carry the tip can be checked only where u says their place"
@@ -145,8 +145,7 @@ class Judge:
         self._know(bounds)
         self._placer.go_on(start, gone)
         # a curve may have other spans than before: how finely it is parted hangs on the length of the path
-        row, u = self.rows.find(rows.curve[tail.row] - left, tail.u)
-        ahead = self.rows.ahead(row, SpanPlaces(self.rows, row).t(u))
+        row, ahead = self.rows.place(rows.curve[tail.row] - left, tail.u)
         self._tail = replace(tail, row=row, s=self.rows.start[row] + ahead, ahead=ahead)
 
     def see(self, setpoints: Setpoints, last: bool) -> None:
@@ -277,8 +276,7 @@ class Judge:
         tip = self.rows.tip
         if tip is self.rows:
             return known.row, known.ahead, travelled
-        row, u = tip.find(self.rows.curve[known.row], known.u)
-        ahead = tip.ahead(row, (u - tip.middle[row]) * tip.scale[row])
+        row, ahead = tip.place(self.rows.curve[known.row], known.u)
         return row, ahead, tip.steps(row, ahead)
 
     def _locate(self, setpoints: Setpoints) -> tuple[Located, Array]:
@@ -471,7 +469,7 @@ class Judge:
             skipped = (here > REPEAT * floor) & (alone | (tip[1:-1] > most))
             twice = (np.abs(here) <= floor) & (np.minimum(before, after) > REPEAT * floor)
             if np.any(twice):  # where the tool may stand, the same point twice is a wait, such as for the next tick
-                twice &= ~standing(self.bounds.rests, s[1:-1], self.allowed + floor)
+                twice &= resting(self.bounds.rests, s[1:-1], self.allowed + floor) < 0
         self._fault("skipped", skipped, here, t[1:-1], s[1:-1], tick=tick + 1)
         self._fault("twice", twice, near, t[1:-1], s[1:-1], tick=tick + 1)
 

@@ -67,8 +67,10 @@ class PathSpans:
         Coefficients of t^k of A, and of the weight.
     curves : (curves, 2) array
         First and last span of each curve.
-    still : (r,) array or None
-        Whether none of the first `linear` axes moves; None where that is nowhere so.
+    still : (r,) array of bool
+        Whether none of the first `linear` axes moves, though others may.
+    counts, tip_counts : (axes, r) array
+        What the square of a step of each axis counts in that of the length, and of the length of the tip.
 
     Notes
     -----
@@ -78,22 +80,23 @@ class PathSpans:
 
     def __init__(self, flat: Flat, linear: int, units: Array | None = None) -> None:
         self.degree, self.axes, self.linear = int(flat.degrees.max()), flat.points.shape[1], linear
-        self.units = None if units is None else units * units
-        self._flat = flat
+        self._flat, self._units = flat, units
         self.rational = bool(np.any(flat.rational))
         whole = _expansions(flat, self.degree, self.rational, linear)
         points = flat.points[:, : linear or None] if units is None else flat.points * units
         size = EPSILON * OF_ROUNDING * float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
         if not self.rational and self.degree == 1:  # straight: all of one speed
             self._know(whole)
-            speed = SpanPlaces(self, np.arange(len(self))).speed(np.zeros(len(self))) / self.scale
+            speed = self._speed(np.zeros(len(self)))
             self._arc: Array = np.stack([speed, speed])
         else:
             parts = [self._halved(taken(part, *whole), size) for part in chunks(len(whole[0]), BLOCK)]
             *halved, self._arc = (np.concatenate(each, axis=-1) for each in zip(*parts, strict=True))
             self._know(tuple(halved))
         # where |C'| is large the rounding of the middle of u is far: the ends are not -1 and 1 to the bit
-        first, last = (about(self._arc[None], self._t(end), 0)[0][0] for end in (self.low, self.high))
+        first, last = (
+            about(self._arc[None], (end - self.middle) * self.scale, 0)[0][0] for end in (self.low, self.high)
+        )
         self._arc[0] -= first
         self.lengths = last - first
         self.end = sums(self.lengths)
@@ -105,13 +108,14 @@ class PathSpans:
         self.curve, self.knot, self.low, self.high, self.origin, self.terms = spans
         self.middle: Array = 0.5 * (self.low + self.high)
         self.scale: Array = 2.0 / (self.high - self.low)
-        self.still: BoolArray | None = None
+        self.still: BoolArray = np.zeros(len(self), dtype=bool)
         if self.linear < self.axes:
-            still = ~np.any(self.terms[: self.linear], axis=(0, 1))
-            self.still = still if still.any() else None
-
-    def _t(self, u: Array) -> Array:
-        return (u - self.middle) * self.scale
+            self.still = ~np.any(self.terms[: self.linear], axis=(0, 1))
+        turns = np.arange(self.axes)[:, None] >= self.linear
+        self.tip_counts: Array = np.where(turns, DEGREES**2 * self.still, ~self.still)
+        self.counts = self.tip_counts
+        if self._units is not None:
+            self.counts = np.broadcast_to((self._units**2)[:, None], self.tip_counts.shape)
 
     def _halved(self, spans: tuple[Any, ...], rounding: float) -> tuple[Any, ...]:
         """Spans, halved until the arc length of each is a polynomial, in order, and its coefficients."""
@@ -119,7 +123,7 @@ class PathSpans:
         for halvings in range(HALVINGS + 1):
             self._know(spans)
             at = np.repeat(np.concatenate([_NODES, [-1.0, 1.0]])[:, None], len(spans[0]), axis=1)
-            speed = SpanPlaces(self, np.arange(len(self))).speed(at) / self.scale
+            speed = self._speed(at)
             series = _SERIES @ speed[:NODES]
             missed = np.max(np.abs(speed[NODES:] - _ENDS @ series), axis=0)
             last = np.maximum(np.abs(series[-1]) + np.abs(series[-2]), missed / AT_ENDS)
@@ -146,26 +150,34 @@ class PathSpans:
     def __len__(self) -> int:
         return len(self.low)
 
+    @property
+    def mixed(self) -> bool:
+        """Whether the length is not that of the tip, as other axes make it, too."""
+        return self._units is not None and 0 < self.linear < self.axes and bool(np.any(self._units[self.linear :]))
+
     @cached_property
     def tip(self) -> PathSpans:
         """The same curves by the arc length of the tip."""
-        if self.units is None or not 0 < self.linear < self.axes or not np.any(self.units[self.linear :]):
-            return self
-        return PathSpans(self._flat, self.linear, None)
+        return PathSpans(self._flat, self.linear) if self.mixed else self
 
     def of_tip(self, s: Array) -> Array:
         """Arc length of the tip (n,), mm, at lengths s (n,), mm."""
-        if self.tip is self:
+        if not self.mixed:
             return s
         row = self.at(s)
         t = self.parameter(row, np.clip(s, self.start[row], self.end[row]) - self.start[row])
-        where, u = self.tip.find(self.curve[row], self.middle[row] + t / self.scale[row])
-        return self.tip.arc_length(where, (u - self.tip.middle[where]) * self.tip.scale[where])
+        where, ahead = self.tip.place(self.curve[row], self.middle[row] + t / self.scale[row])
+        return np.asarray(self.tip.start[where] + ahead)
 
     def taylor(self, terms: Array, rational: bool, t: Array, order: int) -> list[Array]:
-        """Columns of some terms, or A / w, and derivatives by t over k!, at t (n,)."""
-        near = about(terms, t, order)
+        """Columns of some terms, or A / w, and derivatives by t over k!, (columns, ..., n), at t (..., n)."""
+        near = about(_beside(terms, t), t, order)
         return quotient(near) if rational else near
+
+    def _speed(self, t: Array) -> Array:
+        """|dC/dt|, mm, of all spans at t (..., r) of each."""
+        slope = self.taylor(self.terms, self.rational, t, 1)[1]
+        return np.asarray(np.sqrt(dot(slope * _beside(self.counts, t), slope)))
 
     @property
     def length(self) -> float:
@@ -197,6 +209,11 @@ class PathSpans:
             ahead = self.low[middle] <= value
             first, last = np.where(ahead, middle, first), np.where(ahead, last, middle - 1)
         return first, value
+
+    def place(self, curve: IntArray, u: Array) -> tuple[IntArray, Array]:
+        """Span (n,) that holds u (n,) of the curves (n,), and how far u is from its start, mm, (n,)."""
+        row, u = self.find(curve, u)
+        return row, self.ahead(row, (u - self.middle[row]) * self.scale[row])
 
     def at(self, s: Array) -> IntArray:
         """The last span that begins at or before arc lengths s (n,), mm."""
@@ -250,11 +267,10 @@ class SpanPlaces:
     """
 
     def __init__(self, spans: PathSpans, row: IntArray) -> None:
-        self.middle, self.scale = spans.middle[row], spans.scale[row]
-        self.linear, self.units, self._rational = spans.linear, spans.units, spans.rational
+        self.spans, self.row, self.linear = spans, row, spans.linear
+        self.middle, self.scale, self.still = spans.middle[row], spans.scale[row], spans.still[row]
         self._terms, self.origin = np.take(spans.terms, row, axis=2), np.take(spans.origin, row, axis=1)
-        #: Which of them lie where none of the linear axes moves, (n,), or that none do.
-        self.still: BoolArray | bool = spans.still is not None and bool(np.any(spans.still[row])) and spans.still[row]
+        self._counts = np.take(spans.counts, row, axis=1)
 
     def t(self, u: Array) -> Array:
         """t (..., n) of parameters u (..., n)."""
@@ -262,34 +278,29 @@ class SpanPlaces:
 
     def derivatives(self, t: Array, order: int) -> list[Array]:
         """C and its derivatives by u to `order` <= 3 at t (..., n), each (axes, ..., n)."""
-        c = self.expansion(t, order)
-        c[0] = c[0] + self.origin.reshape(len(self.origin), *(1,) * (t.ndim - 1), -1)
+        c = self.spans.taylor(self._terms, self.spans.rational, t, order)
+        c[0] = c[0] + _beside(self.origin, t)
         factor = self.scale
         for k in range(1, order + 1):
             c[k] = c[k] * factor
             factor = factor * self.scale * (k + 1)
         return c
 
-    def along(self, t: Array, order: int) -> tuple[list[Array], list[Array]]:
-        """C and its derivatives by u, r and those by arc length, to `order` <= 3 at t (..., n), (axes, ..., n) each.
+    def along(self, t: Array) -> tuple[list[Array], list[Array]]:
+        """C and its derivatives by u, r and those by arc length, to the third at t (..., n), (axes, ..., n) each.
 
         r_s = C' u_s,  r_ss = C'' u_s^2 + C' u_ss,  r_sss = C''' u_s^3 + 3 C'' u_s u_ss + C' u_sss   (the chain rule)
         u_s = 1/c,  u_ss = -(C'.C'')/c^4,  u_sss = 4 (C'.C'')^2/c^7 - (C''.C'' + C'.C''')/c^5,  c = |C'|
         """
-        c = self.derivatives(t, order)
+        c = self.derivatives(t, 3)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            square = self.product(c[1], c[1])
+            square, bent = self.product(c[1], c[1]), self.product(c[1], c[2])
+            more = self.product(c[2], c[2]) + self.product(c[1], c[3])
             us = 1.0 / np.sqrt(square)
-            r = [c[0], c[1] * us]
-            if order > 1:
-                bent = self.product(c[1], c[2])
-                uss = -bent / (square * square)
-                r.append(c[2] / square + c[1] * uss)
-            if order > 2:
-                more = self.product(c[2], c[2]) + self.product(c[1], c[3])
-                usss = (4.0 * bent * bent / square - more) / (square * square) * us
-                r.append(c[3] * (us / square) + 3.0 * c[2] * (us * uss) + c[1] * usss)
-        return c, r
+            uss = -bent / (square * square)
+            usss = (4.0 * bent * bent / square - more) / (square * square) * us
+            first, second = c[1] * us, c[2] / square + c[1] * uss
+            return c, [c[0], first, second, c[3] * (us / square) + 3.0 * c[2] * (us * uss) + c[1] * usss]
 
     def curvature(self, c: list[Array]) -> Array:
         """Curvature (..., n) over the linear axes by u, 1/mm: infinite where C' = 0, 0 where only others move."""
@@ -302,14 +313,9 @@ class SpanPlaces:
 
     def tip(self, r: list[Array]) -> tuple[Array, Array, Array]:
         """s', s'', s''' (..., n) of the tip's arc length s by the length, from r and its derivatives by it."""
-        mixed = (
-            self.units is not None and 0 < self.linear < len(self.origin) and bool(np.any(self.units[self.linear :]))
-        )
-        if not mixed:
+        if not self.spans.mixed:
             return np.ones(r[1].shape[1:]), np.zeros(r[1].shape[1:]), np.zeros(r[1].shape[1:])
-        size = np.where(np.arange(len(self.origin)) < self.linear, 1.0, 0.0)
-        size = size.reshape(-1, *(1,) * (r[1].ndim - 1)) * ~np.asarray(self.still)
-        size = size + DEGREES * (1.0 - np.sign(size.sum(axis=0, keepdims=True)))
+        size = np.sqrt(_beside(np.take(self.spans.tip_counts, self.row, axis=1), r[1][0]))
         one, two, three = (each * size for each in r[1:4])
         with np.errstate(divide="ignore", invalid="ignore"):
             first = np.sqrt(dot(one, one))
@@ -317,26 +323,14 @@ class SpanPlaces:
             third = np.where(first > 0.0, (dot(two, two) + dot(one, three) - second * second) / first, 0.0)
         return first, second, third
 
-    def speed(self, t: Array) -> Array:
-        """|C'(u)| at t (..., n) over the axes that make the length, mm a unit of u."""
-        slope = self.expansion(t, 1)[1]
-        return np.asarray(np.sqrt(self.product(slope, slope)) * self.scale)
-
     def product(self, one: Array, other: Array) -> Array:
         """Scalar product (..., n) of derivatives (axes, ..., n) over the axes that make the length, mm."""
-        if self.units is not None:
-            return dot(one * self.units.reshape(-1, *(1,) * (one.ndim - 1)), other)
-        linear = self.linear
-        total = dot(one[:linear], other[:linear])
-        if self.still is False:
-            return total
-        return np.where(self.still, DEGREES**2 * dot(one[linear:], other[linear:]), total)
+        return dot(one * _beside(self._counts, one[0]), other)
 
-    def expansion(self, t: Array, order: int) -> list[Array]:
-        """A / w, and its derivatives by t over k! to `order`, (axes, ..., n) each."""
-        terms = self._terms.reshape(*self._terms.shape[:2], *(1,) * (t.ndim - 1), -1)
-        near = about(terms, t, order)
-        return quotient(near) if self._rational else near
+
+def _beside(columns: Array, t: Array) -> Array:
+    """What spans have, (..., n), for many places t (..., n) on each."""
+    return columns.reshape(*columns.shape[:-1], *(1,) * (t.ndim - 1), -1)
 
 
 #: What is made of each path that is still there.

@@ -86,7 +86,7 @@ class ToolCheck(AxesCheck):
         for share in BETWEEN if len(known) else ():
             between, hint = ((1.0 - share) * each[..., known] + share * each[..., known + 1] for each in (joints, s))
             tip, axis = self.kinematics.forward(between.T)
-            found = search.near(np.ascontiguousarray(tip.T), hint, closed=False)
+            found = search.near(np.ascontiguousarray(tip.T), hint)
             u = self._placer.parameter(found)
             curve = np.searchsorted(first, found.row, side="right") - 1
             worst[known] = np.maximum(worst[known], np.sqrt(found.square))
