@@ -339,7 +339,7 @@ def test_a_line_without_a_limit_of_jerk_takes_constant_accelerations(strategy):
     assert (
         law.duration
         < sf.plan(line, dataclasses.replace(rough, axis_jerk=1e12), strategy=strategy).duration
-        < 4.0 + 1e-9
+        < 4.0 + 1e-5
     )
     with_feed = sf.plan(line, dataclasses.replace(rough, feed=5.0), strategy=strategy)
     assert with_feed.duration == pytest.approx(8.5, rel=1e-12)

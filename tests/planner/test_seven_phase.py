@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from one_stretch import SevenPhase
+from one_stretch import SevenPhase, law_of
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.records import Limits
 
@@ -89,7 +89,8 @@ def test_values_by_hand(name: str) -> None:
     assert profile.duration == pytest.approx(sum(expected["durations"]), rel=1e-14, abs=0)
     absent = np.array(expected["durations"]) == 0
     assert (profile.durations[absent] == 0.0).all()
-    assert len(profile.law().coefficients) == np.count_nonzero(profile.durations)
+    law = law_of(length, Limits(feed=feed, acceleration=acceleration, jerk=jerk, **others))
+    assert len(law.coefficients) == np.count_nonzero(profile.durations)
 
 
 def test_equation_21_holds_for_the_profile() -> None:
@@ -117,8 +118,7 @@ LAWS = {
 def test_law_against_integration_of_its_jerk(name: str, period: float | None) -> None:
     """Jerk alone is taken from the law; feed, acceleration and place are summed up again in extended precision."""
     length, limits = LAWS[name]
-    profile = SevenPhase.solve(length, limits)
-    law = (profile if period is None else profile.to_period(period)).law()
+    law = law_of(length, limits, period)
     grid = np.unique(np.concatenate([np.linspace(b, e, 301) for b, e in zip(law.breaks, law.breaks[1:], strict=False)]))
     step = np.diff(grid.astype(np.longdouble))
     j = law.jerk(0.5 * (grid[1:] + grid[:-1]))
@@ -134,7 +134,7 @@ def test_law_against_integration_of_its_jerk(name: str, period: float | None) ->
     np.testing.assert_allclose(law.feed(grid) / 60, v / 60, **scale)
     np.testing.assert_allclose(law(grid) / length, s / length, **scale)
     assert s[-1] == pytest.approx(length, rel=1e-11, abs=0)
-    assert law.length == length
+    assert law.length == pytest.approx(length, rel=4e-16, abs=0)
     assert v[-1] == pytest.approx(limits.end_feed, abs=1e-10)
     assert a[-1] == pytest.approx(0, abs=1e-8)
     assert v.max() <= limits.feed * (1 + 1e-9)
@@ -148,7 +148,7 @@ def test_law_against_integration_of_its_jerk(name: str, period: float | None) ->
 
 @pytest.mark.parametrize("name", LAWS)
 def test_law_is_continuous_at_every_break(name: str) -> None:
-    law = SevenPhase.solve(*LAWS[name]).law()
+    law = law_of(*LAWS[name])
     for order, unit in enumerate((law.length, 60.0, 50.0)):
         for piece in range(len(law.coefficients) - 1):
             polynomial = np.polynomial.Polynomial(law.coefficients[piece]).deriv(order)
@@ -158,49 +158,58 @@ def test_law_is_continuous_at_every_break(name: str) -> None:
 
 
 def test_paper_takes_1650_periods_exactly() -> None:
-    profile = SevenPhase.solve(33.000, PAPER).to_period(1e-3)
-    assert round(profile.duration / 1e-3) == 1650
-    assert profile.law().breaks[-1] == 1650 * 1e-3 == pytest.approx(1.65, rel=3e-16, abs=0)
-    assert profile.peak_feed == pytest.approx(40, rel=1e-14, abs=0)
-    assert profile.law().length == 33.0
-    assert SevenPhase.solve(33.01, PAPER).to_period(1e-3).duration == pytest.approx(1.651, rel=1e-15, abs=0)
+    law = law_of(33.000, PAPER, 1e-3)
+    assert law.duration == 1650 * 1e-3 == pytest.approx(1.65, rel=3e-16, abs=0)
+    assert law.feed(0.5 * law.duration) == pytest.approx(40, rel=1e-14, abs=0)
+    assert law.length == pytest.approx(33.0, rel=4e-16, abs=0)
+    assert law_of(33.01, PAPER, 1e-3).duration == pytest.approx(1.651, rel=1e-15, abs=0)
 
 
 def test_rest_to_rest_is_stretched() -> None:
-    fast = SevenPhase.solve(10, PAPER)
-    slow = fast.to_period(0.01)
+    fast, slow = law_of(10, PAPER), law_of(10, PAPER, 0.01)
     k = slow.duration / fast.duration
     assert 1 < k < 1.02
     assert slow.duration / 0.01 == pytest.approx(math.ceil(fast.duration / 0.01), rel=1e-15, abs=0)
-    np.testing.assert_allclose(slow.durations, fast.durations * k, rtol=1e-15)
-    assert slow.peak_feed == pytest.approx(fast.peak_feed / k, rel=1e-14, abs=0)
-    assert slow.acceleration == pytest.approx(fast.acceleration / k**2, rel=1e-14, abs=0)
-    assert slow.jerk == pytest.approx(fast.jerk / k**3, rel=1e-14, abs=0)
-    assert slow.law().length == 10
-    assert slow.law().period == 0.01
+    np.testing.assert_allclose(np.diff(slow.breaks), np.diff(fast.breaks) * k, rtol=1e-14)
+    np.testing.assert_allclose(slow.coefficients, fast.coefficients / k ** np.arange(6), rtol=1e-14)
+    assert slow.length == pytest.approx(10, rel=4e-16, abs=0)
+    assert slow.period == 0.01
 
 
 @pytest.mark.parametrize("feeds", [(31, 17), (17, 31), (0, 31), (31, 0), (20, 20)])
 def test_end_feeds_lower_the_peak(feeds: tuple[float, float]) -> None:
     limits = Limits(feed=60, acceleration=50, jerk=2000, deceleration=80, start_feed=feeds[0], end_feed=feeds[1])
-    fast = SevenPhase.solve(60, limits)
-    slow = fast.to_period(0.01)
-    assert slow.period == 0.01
-    assert slow.duration / 0.01 == pytest.approx(math.ceil(fast.duration / 0.01), rel=1e-15, abs=0)
-    assert max(feeds) < slow.peak_feed < fast.peak_feed
-    assert (slow.start_feed, slow.end_feed, slow.jerk) == (*feeds, 2000)
-    assert slow.durations.sum() == pytest.approx(slow.duration, rel=1e-14, abs=0)
-    law = slow.law()
-    assert law.length == 60
+    fast, law = law_of(60, limits), law_of(60, limits, 0.01)
+    assert law.duration / 0.01 == pytest.approx(math.ceil(fast.duration / 0.01), rel=1e-15, abs=0)
+    assert law.notes == ()
+    peak, before = (float(np.max(each.feed(each.breaks))) for each in (law, fast))
+    assert max(feeds) < peak < before
+    assert np.max(np.abs(law.coefficients[:, 3])) * 6 == pytest.approx(2000, rel=1e-13, abs=0)
+    assert law.length == pytest.approx(60, rel=4e-16, abs=0)
+    assert law.feed(0.0) == feeds[0]
     assert law.feed(law.duration) == pytest.approx(feeds[1], abs=1e-11)
     assert law.acceleration(np.linspace(0, law.duration, 999)).max() <= 50 * (1 + 1e-12)
 
 
-@pytest.mark.parametrize(("start", "end", "length"), [(60, 60, 33.03), (60, 59.99, 33.03), (60, 0, 150)])
-def test_what_cannot_be_lowered_stays(start: float, end: float, length: float) -> None:
-    profile = SevenPhase.solve(length, Limits(feed=60, acceleration=50, jerk=2000, start_feed=start, end_feed=end))
-    assert profile.to_period(1e-3) is profile
-    assert profile.period is None
+@pytest.mark.parametrize(("start", "end", "length"), [(60, 60, 33.03), (60, 59.99, 33.03)])
+def test_what_cannot_be_lowered_ends_between_ticks(start: float, end: float, length: float) -> None:
+    limits = Limits(feed=60, acceleration=50, jerk=2000, start_feed=start, end_feed=end)
+    law = law_of(length, limits, 1e-3)
+    assert law.duration == law_of(length, limits).duration
+    assert law.notes[0].startswith("the last period is short")
+
+
+@pytest.mark.parametrize(("start", "end"), [(60.0, 0.0), (0.0, 60.0)])
+def test_what_cannot_be_lowered_waits_where_it_rests(start: float, end: float) -> None:
+    limits = Limits(feed=60, acceleration=50, jerk=2000, start_feed=start, end_feed=end)
+    fast, law = law_of(36.75, limits), law_of(36.75, limits, 0.01)
+    assert law.notes == ()
+    assert law.duration == pytest.approx(1.23, rel=1e-14, abs=0)
+    still = law.coefficients[0 if end else -1]
+    assert still.tolist() == [0.0 if end else 36.75, *[0.0] * 5]
+    moving = slice(1, None) if end else slice(None, -1)
+    np.testing.assert_allclose(law.coefficients[moving], fast.coefficients, rtol=1e-14)
+    assert law.feed(law.duration) == pytest.approx(end, abs=1e-11)
 
 
 @pytest.mark.parametrize("off", [0.0, 1e-13, -1e-13, 1e-12, -1e-12])
@@ -208,18 +217,11 @@ def test_what_cannot_be_lowered_stays(start: float, end: float, length: float) -
 def test_nearly_whole_counts_as_whole(off: float, feed: float) -> None:
     """An arc length that is right to 1e-12 must not cost a tick, nor a short last period."""
     limits = Limits(feed=60, acceleration=50, jerk=2000, start_feed=feed, end_feed=feed)
-    profile = SevenPhase.solve(33 * (1 + off), limits).to_period(1e-3)
-    assert profile.period == 1e-3
-    assert profile.duration == (0.55 if feed else 1650 * 1e-3)
-    assert profile.jerk <= 2000 * (1 + 1e-9)
-    assert profile.law().length == pytest.approx(33 * (1 + off), rel=3e-16, abs=0)
-
-
-def test_to_period_twice_is_once() -> None:
-    once = SevenPhase.solve(10, PAPER).to_period(0.01)
-    twice = once.to_period(0.01)
-    np.testing.assert_array_equal(once.durations, twice.durations)
-    np.testing.assert_array_equal(once.law().coefficients, twice.law().coefficients)
+    law = law_of(33 * (1 + off), limits, 1e-3)
+    assert law.notes == ()
+    assert law.duration == (550 if feed else 1650) * 1e-3
+    assert np.max(np.abs(law.coefficients[:, 3])) * 6 <= 2000 * (1 + 1e-9)
+    assert law.length == pytest.approx(33 * (1 + off), rel=4e-16, abs=0)
 
 
 REFUSED = {
@@ -266,7 +268,8 @@ def test_a_length_that_just_does_makes_no_slivers() -> None:
             profile = solve(rise, fast + d, a, j, **feeds)
             exists = np.count_nonzero(profile.durations)
             assert exists in (2, 3), (rise, fast, a, j, feeds)
-            assert len(profile.law().coefficients) == exists, (rise, fast, a, j, feeds)
+            law = law_of(rise, Limits(feed=fast + d, acceleration=a, jerk=j, **feeds))
+            assert len(law.coefficients) == exists, (rise, fast, a, j, feeds)
 
 
 def changed(limits: Limits, **new: float) -> Limits:
@@ -337,9 +340,9 @@ def test_backwards_is_the_same_profile_reversed(problem: tuple[float, Limits]) -
 def test_law_has_one_piece_a_phase(problem: tuple[float, Limits]) -> None:
     profile = solved(*problem)
     if profile is not None:
-        law, exists = profile.law(), profile.durations > 0
-        assert law.duration == profile.duration
-        assert law.length == pytest.approx(profile.length, rel=3e-16, abs=0)
+        law, exists = law_of(*problem), profile.durations > 0
+        assert law.duration == pytest.approx(profile.duration, rel=1e-14, abs=4e-6)  # phases last SHORTEST
+        assert law.length == pytest.approx(profile.length, rel=1e-15, abs=0)
         told = profile.durations > 1e-14 * profile.duration
         assert np.count_nonzero(told) <= len(law.coefficients) <= np.count_nonzero(exists)
 

@@ -8,28 +8,24 @@ Lengths in mm, times in s; arrays (n,) hold one number a stretch, and `Numbers` 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
-from itertools import accumulate, pairwise
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray
+from splinefeed.planner.constants import ALMOST, SAME
+from splinefeed.records import LAW_COEFFICIENTS, Array
 
 Numbers: TypeAlias = float | Array
 
-#: A duration that differs by this share from a whole number of periods is whole: three times it is what a uniform
-#: stretch may add to a jerk, and it stays far below the 1e-9 that no limit may be exceeded by.
-SAME = 5e-11
 #: Rounding that sums of a few products leave, relative: 2^-52 sixteen times.
 ROUNDING = 16.0 * 2.0**-52
-#: A share of a phase below this is not seen, as limits hold to 1e-9.
-UNSEEN = 5e-10
+#: Acceleration builds up in no less time, s: what the rounding of an instant adds to it would show.
+SHORTEST = 1e-6
 #: Newton's steps at most (13 are the most for limits 50 decades apart), and the share of the unknown below which a
 #: step is the last: what it leaves is its square.
 STEPS, LAST = 40, 2.0**-28
-#: Stretches that are worked on together, so that their numbers stay in the processor's cache.
+#: Stretches that are looked at together, so that their numbers stay in the processor's cache.
 TOGETHER = 1 << 13
 PHASES = 7
 
@@ -68,11 +64,6 @@ class Profile:
     end_feed: Array
 
 
-def each_field(function: Callable[..., Any], *profiles: Profile) -> list[Any]:
-    """The function of each field of the profiles, in the order in which `Profile` takes them."""
-    return [function(*(getattr(profile, each.name) for profile in profiles)) for each in fields(Profile)]
-
-
 def ramp(rise: Numbers, acceleration: Numbers, jerk: Numbers) -> tuple[Array, Array, Array, Array]:
     """Time of a change of feed by `rise`, mm/s, times of its jerk phases and of the one between, s, A reached, mm/s^2.
 
@@ -85,21 +76,14 @@ def ramp(rise: Numbers, acceleration: Numbers, jerk: Numbers) -> tuple[Array, Ar
     return 2.0 * edge + middle, edge, middle, reached
 
 
-def solve_in_row(length: Array, feed: Numbers, *limits: Numbers) -> Profile:
-    """`solve` for stretches of one motion, with jerks that last where the rounding of its instants, s, shows.
-
-    Where acceleration A builds up that fast, the jerk is J' with J' + J' (J' rounding / A) = J: what a phase of A/J' s,
-    rounding shorter, takes to reach A. It lasts 4 roundings at least.
-    """
-    found = solve(length, feed, *limits)
-    rounding = float(np.spacing(np.sum(found.duration)))
-    calm = []
-    for a, j in ((limits[0], limits[2]), (limits[1], limits[3])):
-        share = rounding * j / a
-        slow = np.minimum(2.0 * j / (1.0 + np.sqrt(1.0 + 4.0 * share)), 0.25 * a / rounding)
-        calm.append(np.where((share > UNSEEN) & np.isfinite(share), slow, j))
-    same = np.all(calm[0] == limits[2]) and np.all(calm[1] == limits[3])
-    return found if same else solve(length, feed, *limits[:2], *calm, *limits[4:])
+def solve_in_row(
+    length: Array, feed: Numbers, a: Numbers, d: Numbers, j: Numbers, jd: Numbers, *ends: Numbers
+) -> Profile:
+    """`solve` for stretches of one motion, with jerks that last SHORTEST at least where they are limited."""
+    up, down = (
+        np.where(np.isfinite(each), np.minimum(each, most / SHORTEST), each) for each, most in ((j, a), (jd, d))
+    )
+    return solve(length, feed, a, d, up, down, *ends)
 
 
 def solve(length: Array, feed: Numbers, *limits: Numbers) -> Profile:
@@ -139,10 +123,6 @@ def solve(length: Array, feed: Numbers, *limits: Numbers) -> Profile:
     .. [1] docs/math/seven-phase.md
     """
     length, feed, *given = np.broadcast_arrays(length, feed, *limits)
-    if len(length) > TOGETHER:
-        cuts = [slice(k, k + TOGETHER) for k in range(0, len(length), TOGETHER)]
-        parts = [solve(length[some], feed[some], *(each[some] for each in given)) for some in cuts]
-        return Profile(*each_field(lambda *each: np.concatenate(each, axis=-1), *parts))
     given_profile = Profile(np.empty((PHASES, 0)), length, length, feed, *given)
     a, d, j, jd, start, end = given
     with np.errstate(all="ignore"):  # of those that have their answer
@@ -190,54 +170,6 @@ def _with_peak(profile: Profile, excess: Array) -> Profile:
     return replace(profile, durations=times, duration=np.sum(times, axis=0), **reached)
 
 
-def to_periods(profile: Profile, period: float, offset: Numbers) -> tuple[Profile, Array, Array]:
-    """Profiles made longer so that they end on a tick; the ticks (n,) that they pass, and how late after one they end.
-
-    Each begins `offset` s after tick 0. From rest to rest it is stretched; with end feeds its peak is lowered, at most
-    to the faster end, and where that ends too soon it stays and ends late; a duration already whole to within SAME is
-    stretched onto it. Period and lateness in s.
-    """
-    ticks = (profile.duration + offset) / period
-    nearest = np.floor(ticks + 0.5)
-    whole = (nearest >= 1.0) & (np.abs(ticks - nearest) <= (SAME + ROUNDING) * profile.duration / period)
-    passed = np.where(whole, nearest, np.ceil(ticks))
-    duration = passed * period - offset
-    k = duration / profile.duration
-    v, a, j = 1.0 / k, 1.0 / (k * k), 1.0 / (k * k * k)
-    factors = Profile(k, k, np.ones(len(k)), v, a, a, j, j, v, v)
-    slower = replace(Profile(*each_field(np.multiply, profile, factors)), duration=duration)
-    late = np.zeros(len(k))
-    moving = ~whole & (np.maximum(profile.start_feed, profile.end_feed) > 0.0)
-    if np.any(moving):
-        lowered, can = _lowered(profile, duration)
-        which = np.where(moving, np.where(can, 0, 1), 2)
-        slower = Profile(*each_field(lambda *each: np.choose(which, each), lowered, profile, slower))
-        passed = np.where(which == 1, np.floor(ticks), passed)
-        late = np.where(which == 1, profile.duration + offset - passed * period, 0.0)
-    return slower, passed, late
-
-
-def _lowered(profile: Profile, duration: Array) -> tuple[Profile, BoolArray]:
-    """Profiles whose peak is lowered until they last `duration`, s, and which of them can, (n,).
-
-    f T = f (Tu + Td) + L - l is convex in the peak f, with the derivative (3 T1 + 2 T2 + 2 T6 + 3 T7)/2: so from the
-    faster end up Newton's steps to f T = f `duration` stay below the answer.
-    """
-    t1, t2, _, _, _, t6, t7 = profile.durations
-    # Each change of feed counts A (T1 + T2): the difference of two feeds would have lost its digits.
-    most = np.minimum(profile.acceleration * (t1 + t2), profile.deceleration * (t6 + t7))
-    excess = np.zeros(len(duration))
-    with np.errstate(all="ignore"):  # of those that cannot, or have their answer
-        for _ in range(STEPS):
-            (time_up, t1, t2, _), (time_down, t7, t6, _), peak, way = _ramps(profile, excess)
-            over = peak * (time_up + time_down - duration) + (profile.length - way)
-            slope = duration - 1.5 * (t1 + t7) - (t2 + t6)
-            before, excess = excess, np.where(over > 0.0, np.clip(excess + over / slope, excess, most), excess)
-            if np.all(excess - before <= LAST * excess):
-                break
-        return replace(_with_peak(profile, excess), duration=duration), (excess > 0.0) | (over >= 0.0)
-
-
 def pieces(profile: Profile, begin: Array, end: Array) -> Array:
     """The phases of each profile from `begin` to `end` (n,), mm, as cubic pieces (n, 7, 6) of s in t (eq. 7-9).
 
@@ -271,56 +203,34 @@ def _from_end(feed: Array, peak: Array, a: Array, j: Array, edge: Array, middle:
     return f1, f1 + a * middle, l1, l2, 0.5 * (feed + peak) * (2.0 * edge + middle)
 
 
-def lay_out(profile: Profile, marks: Array, period: float | None) -> tuple[Array, Array, Array]:
-    """Breaks (m + 1,), s, and pieces (m, 6) of the profiles, brought to ticks, one after the other between marks.
+def lay_out(profile: Profile, marks: Array, period: float | None) -> tuple[Array, Array]:
+    """Breaks (m + 1,), s, and pieces (m, 6) of the profiles, one after the other between marks (n + 1,), mm.
 
-    marks (n + 1,) mm; period s. Also (n,): the time in s past the last tick at which a stretch ends that could not end
-    on one, else 0; none but the first and the last has end feeds. A tick is its number times the period, never a sum;
-    without ticks the sum is compensated (Neumaier). A phase of no length, or too short for its time, makes no piece.
+    With a period, s, each ends on a tick: from rest to rest it is slower as a whole, with one end in motion it waits at
+    the other one, with both it may end between ticks. A phase of no length, or too short for its time, makes no piece.
     """
-    many = len(profile.duration)
-    late, ends = np.zeros(many), _sums(profile.duration)
-    breaks, coefficients = np.zeros(PHASES * many + 1), np.empty((PHASES * many, LAW_COEFFICIENTS))
-    count, tick = 0, 0.0
-    for low, high in pairwise([0, *range(1, many, TOGETHER), many]):  # the first alone: after it the offset is known
-        part = Profile(*each_field(lambda each, some=slice(low, high): each[..., some], profile))
-        end, marked = ends[low:high], marks[low + 1 : high + 1]
-        if period is not None:
-            offset = np.zeros(high - low)
-            offset[0] = late[low - 1]  # 0 before the first
-            part, passed, late[low:high] = to_periods(part, period, offset)
-            end = (tick + np.cumsum(passed)) * period + late[low:high]
-            tick += float(np.sum(passed))
-        edges = _edges(part.durations, np.append(breaks[count], end[:-1]), end)
-        kept = (np.diff(edges, axis=0) > 0.0).T
-        number = np.sum(kept, axis=1)
-        more = count + int(np.sum(number))
-        made = pieces(part, marks[low:high], marked).reshape(-1, LAW_COEFFICIENTS)
-        np.compress(kept.ravel(), edges[:-1].T, out=breaks[count:more])
-        np.compress(kept.ravel(), made, axis=0, out=coefficients[count:more])
-        # the last of several pieces ends at its mark and its feed to the bit, as Horner's rule will evaluate them
-        several = number > 1
-        last = (count + np.cumsum(number) - 1)[several]
-        tau, (_, _, c2, c3, _, _) = end[several] - breaks[last], coefficients[last].T
-        coefficients[last, 1] = c1 = part.end_feed[several] - (3.0 * c3 * tau + 2.0 * c2) * tau
-        coefficients[last, 0] = marked[several] - ((c3 * tau + c2) * tau + c1) * tau
-        count, breaks[more] = more, end[-1]
-    return breaks[: count + 1], coefficients[:count], late
+    seconds, many = profile.duration, len(profile.duration)
+    ends, wait, slower = np.cumsum(seconds), np.zeros(many), np.ones(many)
+    starting, ending = profile.start_feed > 0.0, profile.end_feed > 0.0
+    if period is not None:
+        ticks = whole_periods(seconds, period)
+        ends, wait = np.cumsum(ticks) * period, ticks * period - seconds
+        wait[~(starting | ending) | (wait <= ALMOST * period)] = 0.0
+        slower[wait == 0.0] = (ticks * period / seconds)[wait == 0.0]
+        ends -= np.where(starting & ending, wait, 0.0)  # the only stretch
+    begins = np.append(0.0, ends[:-1]) + np.where(starting, 0.0, wait)
+    stops = ends - np.where(ending, 0.0, wait)
+    edges = np.minimum(begins + np.cumsum(profile.durations * slower, axis=0), stops)
+    instants = np.vstack([begins, edges[:-1], stops])
+    rows = np.zeros((1 + (PHASES + 1) * many, LAW_COEFFICIENTS))  # before the first and behind each a wait
+    each = rows[1:].reshape(many, PHASES + 1, LAW_COEFFICIENTS)
+    each[:, :-1] = pieces(profile, marks[:-1], marks[1:]) / slower[:, None, None] ** np.arange(LAW_COEFFICIENTS)
+    rows[0, 0], each[:, -1, 0] = marks[0], marks[1:]
+    times = np.concatenate([[0.0], instants.T.ravel(), ends[-1:]])
+    lasts = np.diff(times) > 0.0
+    return times[np.append(lasts, True)], rows[lasts]
 
 
-def _edges(durations: Array, begin: Array, end: Array) -> Array:
-    """Instants (8, n), s, between the phases of profiles from `begin` to `end` (n,), not decreasing."""
-    *ahead, t3 = accumulate([begin, *durations[:3]])
-    *back, t4 = accumulate([end, *durations[:3:-1]], np.subtract)
-    without = (durations[3] == 0.0) | (t3 >= t4)  # no room for phase 4: its two ends are one instant
-    t4 = np.where(without & (durations[0] == 0.0), begin, t4)
-    t3 = np.where(without, t4, t3)
-    return np.asarray(np.minimum(np.stack(list(accumulate([*ahead, t3, t4, *back[::-1]], np.maximum))), end))
-
-
-def _sums(values: Array) -> Array:
-    """Sums of the first values, (n,), with what each addition lost added up beside them (Neumaier)."""
-    sums = np.cumsum(values)
-    before = np.append(0.0, sums[:-1])
-    added = sums - before
-    return np.asarray(sums + np.cumsum((before - (sums - added)) + (values - added)))
+def whole_periods(seconds: Array, period: float) -> Array:
+    """How many periods, s, as a number, motions of so many seconds take, at least 1; rounding makes no more."""
+    return np.asarray(np.maximum(np.ceil(seconds / period * (1.0 - SAME) - SAME), 1.0))

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 
 import numpy as np
@@ -12,8 +11,8 @@ import numpy as np
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.paths.path import Path
 from splinefeed.planner import profiles
-from splinefeed.planner.constants import SAME
-from splinefeed.planner.profiles import ROUNDING, Profile
+from splinefeed.planner.constants import ALMOST, SAME
+from splinefeed.planner.profiles import ROUNDING
 from splinefeed.records import Array, Limits, TimeLaw
 
 STRATEGY = "seven-phase"
@@ -51,10 +50,20 @@ def plan_seven_phase(path: Path, limits: Limits, period: float | None) -> TimeLa
     """
     marks = _apart(np.array([0.0, *path.stops, path.length]))
     _, *along, start_feed, end_feed = _along(limits)
-    feeds = _least_feeds(path, limits, marks)
-    start, end = np.zeros(len(feeds)), np.zeros(len(feeds))
+    feeds, most = _feeds(path, limits, marks)
+    length, start, end = np.diff(marks), np.zeros(len(feeds)), np.zeros(len(feeds))
     start[0], end[-1] = start_feed, end_feed
-    found = profiles.solve_in_row(np.diff(marks), feeds, *along, start, end)
+    notes, slowed = [], np.flatnonzero(feeds < most)
+    if len(slowed):
+        low, high = marks[slowed[0] : slowed[0] + 2].tolist()
+        notes.append(
+            f"{len(slowed)} stretch(es) run at the least feed of their curves throughout, as this strategy makes one "
+            f"profile a stretch: the first from {low:g} to {high:g} mm at {feeds[slowed[0]]:g} mm/s"
+        )
+    for k in (0, len(feeds) - 1):
+        if period is not None and max(start[k], end[k]) > 0.0:
+            feeds[k] = _on_a_tick(length[[k]], feeds[k], [*along, start[k], end[k]], period)
+    found = profiles.solve_in_row(length, feeds, *along, start, end)
     total = float(np.sum(found.duration))
     if math.isnan(total):
         failed, last = int(np.argmax(np.isnan(found.duration))), len(feeds) - 1
@@ -67,52 +76,43 @@ def plan_seven_phase(path: Path, limits: Limits, period: float | None) -> TimeLa
             f"period is {period:g} s, longer than the whole motion of {total:.6g} s; "
             f"choose a period of at most {_outward(total * (1.0 + ROUNDING), ROUND_FLOOR)} s"
         )
-    law = _law(marks, found, period)
-    return replace(law, notes=law.notes + _slowed(path, limits, marks, feeds))
+    breaks, coefficients = profiles.lay_out(found, marks, period)
+    late = 0.0 if period is None else breaks[-1] - math.floor(breaks[-1] / period + ALMOST) * period
+    if period is not None and late > ALMOST * period:
+        reason = "its end feeds leave no top feed to lower"
+        notes.append(f"the last period is short, {late:.6g} s of {period:g} s: {reason}")
+    return TimeLaw(breaks=breaks, coefficients=coefficients, strategy=STRATEGY, period=period, notes=tuple(notes))
 
 
-def _least_feeds(path: Path, limits: Limits, marks: Array, sign: float = 1.0) -> Array:
-    """Least feed of the curves between neighbouring marks (m + 1,), (m,), mm/s; of sign -1: minus the greatest."""
-    feeds = sign * path.feeds_within(limits.feed)
-    first = np.searchsorted(path.curve_starts[:-1], marks[:-1] + SAME * path.length, side="right") - 1
-    last = np.searchsorted(path.curve_starts[:-1], marks[1:] - SAME * path.length, side="left") - 1
-    return np.array([feeds[a : max(a, b) + 1].min() for a, b in zip(first, last, strict=True)])
+def _on_a_tick(length: Array, feed: float, limits: Sequence[float], period: float) -> float:
+    """The feed, mm/s, up to which a stretch with an end in motion lasts whole periods; as it is if there is none."""
+
+    def seconds(feed: float) -> float:
+        return float(profiles.solve_in_row(length, feed, *limits).duration[0])
+
+    fastest, least = seconds(feed), max(limits[-2:])
+    wanted = float(profiles.whole_periods(np.array(fastest), period)) * period
+    if not period <= fastest < wanted <= seconds(least):
+        return feed
+    return least + _largest(lambda more: seconds(least + more) >= wanted, feed - least)
 
 
-def _slowed(path: Path, limits: Limits, marks: Array, feeds: Array) -> tuple[str, ...]:
-    """A sentence on the stretches (m,) that run at the least feed of their curves where some of these allow more."""
-    slowed = np.flatnonzero(feeds < -_least_feeds(path, limits, marks, sign=-1.0))
-    if not len(slowed):
-        return ()
-    k = int(slowed[0])
-    return (
-        f"{len(slowed)} stretch(es) run at the least feed of their curves throughout, as this strategy makes one "
-        f"profile a stretch: the first from {marks[k]:g} to {marks[k + 1]:g} mm at {feeds[k]:g} mm/s",
-    )
+def _feeds(path: Path, limits: Limits, marks: Array) -> tuple[Array, Array]:
+    """Least and greatest feed, mm/s, of the curves between neighbouring marks (m + 1,), (m,)."""
+    feeds, near = path.feeds_within(limits.feed), SAME * path.length
+    first = np.searchsorted(path.curve_starts[:-1], marks[:-1] + near, side="right") - 1
+    last = np.searchsorted(path.curve_starts[:-1], marks[1:] - near, side="left") - 1
+    ends = np.stack([first, np.maximum(first, last) + 1], axis=1).ravel()
+    feeds = np.append(feeds, feeds[-1])
+    return np.minimum.reduceat(feeds, ends)[::2], np.maximum.reduceat(feeds, ends)[::2]
 
 
-def _law(marks: Array, profile: Profile, period: float | None) -> TimeLaw:
-    """The law of profiles (m,) between marks (m+1,) in mm, brought to ticks where a period in s is given.
-
-    It notes each stretch that does not end on a tick: only the first and the last have end feeds.
-    """
-    breaks, coefficients, late = profiles.lay_out(profile, marks, period)
-    reason = "its end feeds leave no top feed to lower"
-    notes = tuple(
-        f"the last period is short, {late[index]:.6g} s of {period:g} s: {reason}"
-        if index == len(late) - 1
-        else f"the stop at {marks[index + 1]:g} mm falls {late[index]:.6g} s after a tick: {reason} before it"
-        for index in np.flatnonzero(late)
-    )
-    return TimeLaw(breaks=breaks, coefficients=coefficients, strategy=STRATEGY, period=period, notes=notes)
-
-
-def _along(limits: Limits) -> tuple[float, ...]:
+def _along(limits: Limits) -> list[float]:
     """The limits that `profiles.solve` takes; LimitsError where one is missing."""
-    for name in ALONG:
-        if getattr(limits, name) == math.inf:
-            raise LimitsError(f"the {STRATEGY} strategy needs a limit on {name}; none is given")
-    return tuple(getattr(limits, name) for name in (*ALONG, "start_feed", "end_feed"))
+    found = [float(getattr(limits, name)) for name in (*ALONG, "start_feed", "end_feed")]
+    if math.inf in found:
+        raise LimitsError(f"the {STRATEGY} strategy needs a limit on {ALONG[found.index(math.inf)]}; none is given")
+    return found
 
 
 def _no_room(what: str, length: float, start_feed: float | None, end_feed: float | None, limits: Limits) -> PlanError:
@@ -150,6 +150,8 @@ def _largest(fits: Callable[[float], bool], high: float) -> float:
     low = 0.0
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
         low, high = (middle, high) if fits(middle) else (low, middle)
     return low
 
