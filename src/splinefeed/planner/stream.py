@@ -15,6 +15,7 @@ from splinefeed.paths.path import Path
 from splinefeed.planner.conditions import Conditions
 from splinefeed.planner.constants import ALMOST, SAME
 from splinefeed.planner.law import MotionPieces
+from splinefeed.planner.law import joined as together
 from splinefeed.planner.receding import JOINS, RecedingHorizon
 from splinefeed.planner.strategies import LOOK_AHEAD, MODES, check_limits, conditions_of
 from splinefeed.records import LAW_COEFFICIENTS, REST, Limits, State, TimeLaw, positive
@@ -231,15 +232,8 @@ class LookAhead:
         horizon = self._horizon
         if horizon.left is None or self._path is None:
             return None
-        spans, coefficients = horizon.left.spans, horizon.left.coefficients.copy()
-        coefficients[:, 0] -= horizon.low
-        law = TimeLaw(
-            breaks=np.concatenate([[0.0], np.cumsum(spans)]),
-            coefficients=coefficients,
-            strategy=LOOK_AHEAD,
-            period=self.period,
-        )
         curve, offset = self._place(self._path, horizon.low)
+        law = self._law(horizon.left, horizon.low)
         return MotionBlock(curve, offset, self._tick, self._elapsed, law, horizon.limits or self.limits)
 
     def change_limits(self, limits: Limits) -> list[MotionBlock]:
@@ -367,19 +361,14 @@ class LookAhead:
             end = State(conditions.speed_at(high, self.limits.end_feed)) if whole and not len(stop) else REST
             marks = np.append(begin, stop) if len(stop) or not whole or end.feed > 0.0 else np.array([begin, high])
             pieces = horizon.straight(conditions, marks)
-            if pieces is not None:
-                self._begun, self._looked = True, 0.0
-                yield self._block(path, pieces, begin, waits)
-                if early:
+            if pieces is None:
+                near = horizon.reach(conditions, self._mode, high)
+                if not last and near == high and not early:
+                    self._looked = (path.length - horizon.low) * max(JOINS, (1.0 - self._mode.open) / horizon.ahead)
+                    self._looked_curves = AGAIN * len(path.curves)  # length alone tells little behind a long line
                     break
-                continue
-            near = horizon.reach(conditions, self._mode, high)
-            if not last and near == high and not early:
-                self._looked = (path.length - horizon.low) * max(JOINS, (1.0 - self._mode.open) / horizon.ahead)
-                self._looked_curves = AGAIN * len(path.curves)  # length alone tells little behind a long line
-                break
-            mode = replace(self._mode, open=EARLY) if early else self._mode
-            pieces = horizon.advance(conditions, mode, near, end, ends_here=last and near == high)
+                mode = replace(self._mode, open=EARLY) if early else self._mode
+                pieces = horizon.advance(conditions, mode, near, end, ends_here=last and near == high)
             self._begun, self._looked = True, 0.0
             yield self._block(path, pieces, begin, waits)
             if early:
@@ -390,31 +379,31 @@ class LookAhead:
         self, path: Path, pieces: MotionPieces, begin: float, waits: dict[float, float], limits: Limits | None = None
     ) -> MotionBlock:
         """Pieces as a block; at rest the tool waits for the next tick, and for what the path asks."""
-        spans, coefficients = pieces.spans, pieces.coefficients.copy()
-        coefficients[:, 0] -= begin
         curve, offset = self._place(path, begin)
         tick, phase = self._tick, self._elapsed
-        self._elapsed += float(np.sum(spans))
+        self._elapsed += pieces.duration
+        passed = math.floor(self._elapsed / self.period)
         if self._horizon.state.feed == 0.0:
-            passed = math.ceil(self._elapsed / self.period - ALMOST)
-            passed += math.ceil(_wait_at(waits, self._horizon.low, SAME * path.length) / self.period - ALMOST)
+            same = SAME * path.length
+            wait = sum(seconds for s, seconds in waits.items() if abs(s - self._horizon.low) <= same)
+            passed = math.ceil(self._elapsed / self.period - ALMOST) + math.ceil(wait / self.period - ALMOST)
             still = passed * self.period - self._elapsed
             if still > ALMOST * self.period:
-                spans = np.append(spans, still)
-                coefficients = np.vstack([coefficients, np.zeros(LAW_COEFFICIENTS)])
-                coefficients[-1, 0] = self._horizon.low - begin
-            self._tick, self._elapsed = self._tick + passed, 0.0
+                rest = np.eye(1, LAW_COEFFICIENTS) * self._horizon.low
+                pieces = together([pieces, MotionPieces(np.array([still]), rest)])
+            self._elapsed = 0.0
         else:
-            passed = math.floor(self._elapsed / self.period)
-            self._tick, self._elapsed = self._tick + passed, max(self._elapsed - passed * self.period, 0.0)
-        law = TimeLaw(
-            breaks=np.concatenate([[0.0], np.cumsum(spans)]),
-            coefficients=coefficients,
-            strategy=LOOK_AHEAD,
-            period=self.period,
-        )
+            self._elapsed = max(self._elapsed - passed * self.period, 0.0)
+        self._tick += passed
         kept = limits or self._horizon.limits or self.limits
-        return MotionBlock(curve, offset, tick, phase, law, kept)
+        return MotionBlock(curve, offset, tick, phase, self._law(pieces, begin), kept)
+
+    def _law(self, pieces: MotionPieces, begin: float) -> TimeLaw:
+        """Pieces as a law from where they begin, mm."""
+        coefficients = pieces.coefficients.copy()
+        coefficients[:, 0] -= begin
+        breaks = np.concatenate([[0.0], np.cumsum(pieces.spans)])
+        return TimeLaw(breaks=breaks, coefficients=coefficients, strategy=LOOK_AHEAD, period=self.period)
 
     def _place(self, path: Path, s: float) -> tuple[int, float]:
         """Number of the curve, among all that came, at a place of what is known, and how far behind its start, mm."""
@@ -434,8 +423,3 @@ class LookAhead:
     def _keep(self, path: Path, first: int, last: int) -> None:
         """Of the path that is known keep the curves from `first` to the one before `last`."""
         self._path = cut(path, first, last)
-
-
-def _wait_at(waits: dict[float, float], s: float, same: float) -> float:
-    """How long the path waits at a place, s."""
-    return sum(seconds for place, seconds in waits.items() if abs(place - s) <= same)

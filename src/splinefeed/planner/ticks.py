@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from splinefeed.errors import PlanError
 from splinefeed.paths.track import Track
 from splinefeed.planner.constants import HOPELESS, ROUNDINGS, ROUNDS, SAME, TOGETHER
-from splinefeed.planner.shared import on_tick
-from splinefeed.records import AXIS_LIMITS, BOUNDED, LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw
+from splinefeed.planner.shared import stretched
+from splinefeed.records import Array, IntArray, Limits, TimeLaw
 from splinefeed.records.verdict import KEPT
 
 #: Ticks that are looked at in all, at most: eleven days at 1 ms.
@@ -76,7 +74,9 @@ def held_at_ticks(law: TimeLaw, path: Track, limits: Limits, first: IntArray, pa
             return law
         if np.any(over > np.where(moving, 1.0, HOPELESS)):
             break
-        law = _slower(law, first, over)
+        seconds = np.diff(law.breaks[np.append(first, len(law.coefficients))])
+        ticks = np.floor(seconds * (np.sqrt(over) - 1.0) / law.period) + 1.0
+        law = stretched(law, first, np.where(over > 1.0, ticks, 0.0) * law.period)
     k = int(np.argmax(np.where(moving & (over > 1.0), np.inf, over)))
     s, axis = float(path.tip_length(worst[k, 0])), int(worst[k, 1])
     name = path.axes[axis] if 0 <= axis < len(path.axes) else "axes"
@@ -99,16 +99,12 @@ def _over(
     begins (m,): when they begin, s
     """
     over, worst = np.zeros(len(begins)), np.zeros((len(begins), 2))
-    axes, sums, models = path.axes, list((limits.combinations or {}).values()), limits.models
-    weights = np.vstack([np.eye(len(axes)), *(each.on(axes) for each in sums)])
-    bounds = [
-        np.append(limits.of_axes(name, axes), [getattr(each, kind) for each in sums])
-        for name, kind in zip(AXIS_LIMITS, BOUNDED, strict=True)
-    ]
+    axes, models, bounded = path.axes, limits.models, limits.axis_bounds(path.axes)
+    weights, bounds = np.vstack([np.eye(len(axes)), bounded.weights]), bounded.bounds
     if path.mixed:  # the tip's arc length is one more coordinate
         slowing, slowing_jerk = limits.deceleration or 0.0, limits.deceleration_jerk or 0.0
         along = (np.inf, max(limits.acceleration, slowing), max(limits.jerk, slowing_jerk))
-        bounds = [np.append(each, bound) for each, bound in zip(bounds, along, strict=True)]
+        bounds = np.column_stack([bounds, along])
     period = float(law.period or 0.0)
     between = limits.chord_error is not None or limits.orientation_error is not None
     if not between and not models and not np.any(np.isfinite(bounds)):
@@ -166,20 +162,3 @@ def _over(
                 if off is not None and allowed is not None:
                     note(off / (allowed * (1.0 + KEPT)), t[at], s[at], np.full(len(at), CHORD))
     return over, worst
-
-
-def _slower(law: TimeLaw, first: IntArray, over: Array) -> TimeLaw:
-    """The law whose stretches, from pieces first (m,) on, last whole periods longer, enough for q by over (m,) less."""
-    assert law.period is not None
-    period, edges = law.period, np.append(first, len(law.coefficients))
-    seconds = np.diff(law.breaks[edges])
-    ticks = np.where(over > 1.0, np.floor(seconds * (np.sqrt(over) - 1.0) / period) + 1.0, 0.0)
-    factor = np.repeat(1.0 + ticks * period / seconds, np.diff(edges))
-    shift = np.concatenate([[0.0], np.cumsum(ticks) * period])
-    breaks = np.empty(len(law.breaks))
-    for i in np.arange(len(first)).tolist():
-        begin, end = edges[i], edges[i + 1]
-        start = on_tick(float(law.breaks[begin]) + shift[i], period)
-        breaks[begin:end] = start + (law.breaks[begin:end] - law.breaks[begin]) * factor[begin]
-    breaks[-1] = on_tick(float(law.breaks[-1]) + shift[-1], period)
-    return replace(law, breaks=breaks, coefficients=law.coefficients / factor[:, None] ** np.arange(LAW_COEFFICIENTS))

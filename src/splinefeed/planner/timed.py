@@ -19,8 +19,9 @@ import numpy as np
 from splinefeed.errors import LimitsError, PlanError
 from splinefeed.paths.path import Path
 from splinefeed.planner.constants import ALMOST, HALVINGS, SAME
+from splinefeed.planner.shared import stretched
 from splinefeed.planner.ticks import MOST_TICKS
-from splinefeed.records import LAW_COEFFICIENTS, Array, IntArray, Limits, TimeLaw
+from splinefeed.records import Array, IntArray, Limits, TimeLaw
 
 #: Plans that are made at most to find the shares, and the least share.
 PLANS, LEAST = 40, 1e-8
@@ -89,9 +90,8 @@ def in_time(make: Callable[[Array], TimeLaw], path: Path, limits: Limits, period
         if len(slow) and ((k == 0 and len(ends) == 1) or k >= SETTLED):
             raise _too_short(ends, wanted, np.diff(at, prepend=0.0), int(slow[0]), settled=k > 0)
         if longer >= 1.0 - SAME and np.all(np.abs(at * longer - wanted) <= close):
-            return replace(
-                _stretched(law, longer, float(wanted[-1])) if longer > 1.0 else law, notes=(*law.notes, *notes)
-            )
+            slower = stretched(law, [0], [float(wanted[-1] - law.duration)]) if longer > 1.0 else law
+            return replace(slower, notes=(*law.notes, *notes))
         shares[:-1] = np.clip(shares[:-1] * (np.diff(at, prepend=0.0) / spans) ** 2, LEAST, 1.0)
     off = int(np.argmax(np.abs(at - wanted)))
     raise PlanError(
@@ -124,13 +124,6 @@ def times_at(law: TimeLaw, s: Array) -> Array:
         before = law(middle) < s
         low, high = np.where(before, middle, low), np.where(before, high, middle)
     return np.asarray(high)
-
-
-def _stretched(law: TimeLaw, factor: float, end: float) -> TimeLaw:
-    """The law so many times slower, which ends at this instant, s."""
-    breaks = law.breaks * factor
-    breaks[-1] = end
-    return replace(law, breaks=breaks, coefficients=law.coefficients / factor ** np.arange(LAW_COEFFICIENTS))
 
 
 def _too_short(ends: IntArray, wanted: Array, spans: Array, k: int, *, settled: bool) -> PlanError:

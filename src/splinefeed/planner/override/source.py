@@ -10,6 +10,9 @@ import numpy as np
 from splinefeed.errors import LimitsError
 from splinefeed.limit_table import KINDS, PLACES, TICKS
 from splinefeed.paths.track import Track
+from splinefeed.planner.conditions import BESIDE
+from splinefeed.planner.constants import SAME
+from splinefeed.planner.timed import times_at
 from splinefeed.records import Array, BoolArray, IntArray, Limits, TimeLaw, Torque, positive
 from splinefeed.records.motion import derivative
 
@@ -25,11 +28,6 @@ REACH = 0.95
 PEAK, TICKS_IN_REACH = 0.75 / (1.0 - (1.5 - REACH) ** 3 / 3.0), 3
 #: A jump of q'' below this share of the largest q'' around is rounding.
 LEAST_JUMP = 1e-7
-#: Joints of a tool path are looked at by this share of half a part inside of its ends, and this share of the path
-#: beside stops.
-INSIDE, BESIDE = 1e-6, 1e-9
-#: Newton steps that find when the law reaches a place: within a tick feeds differ little, next to rest nothing moves.
-STEPS = 3
 #: Breaks nearer to each other than this share of the duration are one.
 ROUNDING = 1e-14
 
@@ -196,7 +194,11 @@ class LawSource:
         times (k,), s, at which q'' jumps, and by how much, (k, columns).
         """
         law, ends = self.law, np.unique(np.concatenate([low, high]))
-        breaks = np.concatenate([law.breaks, self._times_of_breaks(ends)])
+        places, reached = self.path.pieces, law(ends[[0, -1]])
+        places = places[np.searchsorted(places, reached[0], side="right") : np.searchsorted(places, reached[1])]
+        starts, near = law.coefficients[:, 0], SAME * self.path.length
+        apart = np.searchsorted(starts, places - near) == np.searchsorted(starts, places + near)
+        breaks = np.concatenate([law.breaks, times_at(law, places[apart])])
         edges = np.unique(np.concatenate([ends, breaks[(breaks > ends[0]) & (breaks < ends[-1])]]))
         edges = edges[np.diff(edges, prepend=-np.inf) > ROUNDING * self.duration]  # what ends together
         middle = 0.5 * (edges[:-1] + edges[1:])
@@ -213,12 +215,10 @@ class LawSource:
         count, ending = len(begin), np.flatnonzero(~smooth)
         part = np.concatenate([np.arange(count), np.arange(count), ending])
         t = np.concatenate([begin, middle, end[ending]])
-        if not self.path.sided:
-            t += INSIDE * (middle[part] - t)
         c, tau = law.coefficients[piece[part]], t - law.breaks[piece[part]]
         s, v, a, j = (derivative(c, tau, order)[:, None] for order in range(4))
         with np.errstate(invalid="ignore", over="ignore"):  # where C' = 0
-            r = with_sums(self._derivatives(row[part], s[:, 0], t), sums)
+            r = with_sums(self._derivatives(row[part], s[:, 0]), sums)
         known: BoolArray = np.all(np.isfinite(r[:, 3]), axis=1)
         r[~known] = 0.0
         q = np.empty((3, len(r), r.shape[2] + 1))
@@ -242,25 +242,13 @@ class LawSource:
         met = ending[:-1][follows[ending[:-1]] & known[ending[:-1] + 1] & known[2 * count : -1]]
         return cells, end[met], first[1, met + 1] - last[1, met]
 
-    def _times_of_breaks(self, ends: Array) -> Array:
-        """When (k,), s, the law passes the breaks of the path between its places at times `ends`, by Newton steps."""
-        law, s, places = self.law, self.law(ends), self.path.pieces
-        places = places[np.searchsorted(places, s[0], side="right") : np.searchsorted(places, s[-1])]
-        if not len(places):
-            return places
-        after = np.searchsorted(s, places)
-        low, high = ends[after - 1], ends[after]
-        t = low + (high - low) * (places - s[after - 1]) / (s[after] - s[after - 1])
-        for _ in range(STEPS):
-            feed = law.feed(t)
-            t = np.clip(t + np.where(feed > 0.0, places - law(t), 0.0) / np.where(feed > 0.0, feed, 1.0), low, high)
-        return t
-
-    def _derivatives(self, row: IntArray, s: Array, t: Array) -> Array:
-        """Axes and their derivatives by s, (n, 4, axes), at s (n,), mm, and times t (n,), between breaks `row` (n,)."""
+    def _derivatives(self, row: IntArray, s: Array) -> Array:
+        """Axes and their derivatives by s, (n, 4, axes), at s (n,), mm, between breaks `row` (n,)."""
         path = self.path
         if not path.sided:
-            s = np.clip(_beside_stops(self.law, np.asarray(path.stops), t, BESIDE * path.length), 0.0, path.length)
+            ends = np.append(path.pieces, path.length)
+            away = np.minimum(BESIDE * path.length, 0.5 * np.diff(ends)[row])
+            s = np.clip(s, ends[row] + away, ends[row + 1] - away)
         return path.derivatives(s, row)[:, :, : len(path.axes)]
 
     def bend_share(self, limits: Limits) -> float:
@@ -299,14 +287,3 @@ def _of_torque(torque: Torque, position: Array, q: Array, columns: list[int]) ->
     room = np.maximum(most - np.abs(still) - coulomb - HIGHEST * viscous * np.abs(v), LEAST_ROOM * most)
     found = np.stack([torque.of(at, none, v) - still, torque.of(at, v, a) - still, none])
     return np.asarray(np.where(np.isfinite(most), found / room, 0.0))
-
-
-def _beside_stops(law: TimeLaw, stops: Array, t: Array, away: float) -> Array:
-    """Arc lengths (n,) at times (n,), s; those within `away` mm of a stop as far from it, on the side of their time."""
-    s: Array = np.asarray(law(t))
-    if not len(stops):
-        return s
-    nearest = np.clip(np.searchsorted(0.5 * (stops[1:] + stops[:-1]), s), 0, len(stops) - 1)
-    when = law.breaks[np.searchsorted(law.coefficients[:, 0], stops - away)]
-    beside = stops[nearest] + np.where(t < when[nearest], -away, away)
-    return np.where(np.abs(s - stops[nearest]) <= away, beside, s)
