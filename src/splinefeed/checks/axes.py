@@ -12,7 +12,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from splinefeed.checks.place import Placer
-from splinefeed.checks.spans import EPSILON, PathSpans, SpanPlaces
+from splinefeed.checks.spans import EPSILON, PathSpans
 from splinefeed.errors import InputError, LimitsError
 from splinefeed.paths.track import Track
 from splinefeed.records import Array, IntArray, Limits, Setpoints
@@ -71,11 +71,10 @@ class AxesCheck:
         """Setpoints of the tip, where their u is on its path, and how far axes are off the track, mm or rad (n,)."""
         rows, tip = self._rows, self.track.tip_path
         known = np.all(np.isfinite(setpoints.position), axis=1) & np.isfinite(setpoints.u)
-        row, u = rows.find(np.clip(setpoints.curve, 0, len(rows.curves) - 1), np.nan_to_num(setpoints.u))
-        places = SpanPlaces(rows, row)
-        t = places.t(u)
-        s = np.clip(rows.arc_length(row, t), 0.0, self.track.length)
-        position = np.where(known[:, None], places.derivatives(t, 0)[0].T, np.nan)
+        where = np.clip(setpoints.curve, 0, len(rows.curves) - 1), np.nan_to_num(setpoints.u)
+        row, ahead = rows.place(*where)
+        s = np.clip(rows.start[row] + ahead, 0.0, self.track.length)
+        position = np.where(known[:, None], rows.points(*where).T, np.nan)
         steep = np.abs(self.track.derivatives(s)[:, 1, : len(self.track.axes)])
         rounding = OFF * EPSILON * (np.abs(setpoints.position) + steep * rows.length)
         off = np.max(np.abs(setpoints.position - self.track(s)) - rounding, axis=1)
@@ -95,20 +94,23 @@ class AxesCheck:
     def chords(self, values: Array, s: Array) -> tuple[tuple[Array, float], tuple[Array, float]]:
         """How far tip, mm, and tool axis, rad, are off (n,) while axes (axes, n + 1) move straight; and roundings.
 
-        s (n + 1,) is where the setpoints are, mm. The track says it.
+        s (n + 1,) is where the setpoints are, mm.
         """
+        off = self._between(values, s)
+        self.chord_error, self.turned = np.maximum([self.chord_error, self.turned], np.max(off, axis=1)).tolist()
+        size = max(float(np.max(self._size)), self._rows.length)
+        return (off[0], ROUNDINGS * EPSILON * size), (off[1], ROUNDINGS * EPSILON)
+
+    def _between(self, values: Array, s: Array) -> Array:
+        """The errors of `chords`, (2, n): the track says them."""
         off = np.zeros((2, values.shape[1] - 1))
         known = np.flatnonzero(np.all(np.isfinite(values), axis=0) & np.isfinite(s))
         if len(known) > 1:
-            places = self.track.breaks
-            step, tip, axis = self.track.chords(s[known], values[:, known].T, places)
-            for worst, each in zip(off, (tip, axis), strict=True):
+            step, *found = self.track.chords(s[known], values[:, known].T, self.track.breaks)
+            for worst, each in zip(off, found, strict=True):
                 if each is not None:
                     np.maximum.at(worst, known[step], each)
-        self.chord_error = max(self.chord_error, float(np.max(off[0], initial=0.0)))
-        self.turned = max(self.turned, float(np.max(off[1], initial=0.0)))
-        size = max(float(np.max(self._size)), self._rows.length)
-        return (off[0], ROUNDINGS * EPSILON * size), (off[1], ROUNDINGS * EPSILON)
+        return off
 
 
 class AxesByPlace:

@@ -49,7 +49,7 @@ class Worst:
     order : int
         Of its difference, 0 if it bounds none.
     column : int
-        Of the steps: 0 the path, 1 + k axis k, then combinations of axes in their order.
+        Of the steps: 0 the tip, 1 + k axis k, then combinations of axes in their order.
     """
 
     result: LimitResult

@@ -269,10 +269,9 @@ class LawMotion:
             self.start = np.union1d(self.start, self.axes.ends[1:-1])
             self.row = self.rows.at(self.start)
             self.stretch = self.axes.stretch(0.5 * (self.start + np.append(self.start[1:], self.rows.length)))
-        bounded = bounds.limits.axis_bounds(bounds.axes)
         #: Order and column of each limit of axes and of sums of them, and what of the axes makes each column.
-        self.columns = {each: (order, k) for order, names in enumerate(bounded.names) for k, each in enumerate(names)}
-        self.mix = np.vstack([np.eye(len(bounds.axes)), bounded.weights])
+        self.columns = {n: (each.order - 1, each.column - 1) for n, each in bounds.worsts().items() if each.column}
+        self.mix = np.vstack([np.eye(len(bounds.axes)), bounds.weights])
         #: Whether the length is not that of the tip: what is along the path is then along that of the tip.
         self.mixed = self.rows.mixed
         #: Largest feed, acceleration or deceleration, and feed backwards with its t and s.

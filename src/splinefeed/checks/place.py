@@ -12,7 +12,7 @@ from splinefeed.checks.nearest import NearestOnPath
 from splinefeed.checks.spans import EPSILON, PathSpans, SpanPlaces, spans_of
 from splinefeed.curves.search import Found
 from splinefeed.paths.path import Path
-from splinefeed.records import Array, BoolArray, IntArray, Setpoints
+from splinefeed.records import Array, IntArray, Setpoints
 
 #: A closed path's end counts as its start for a first setpoint within this, relative to the length of the path.
 AT_SEAM = 1e-6
@@ -92,8 +92,8 @@ class Placer:
 
     def __init__(self, path: Path, rows: PathSpans | None = None) -> None:
         self.path, self.rows = path, rows or spans_of(path)
-        #: What each axis counts when places are searched by all axes, as the linear ones stand still somewhere.
-        self._units: Array | None = path.weights if self.rows.still.any() else None
+        #: Whether places are searched by all axes, mm and rad alike: the linear ones say little where they stand still.
+        self._by_all = path.linear < len(path.axes)
         self._s: float | None = None  # arc length of the last setpoint, and its position: at first that of the path
         self._q = SpanPlaces(self.rows, np.zeros(1, dtype=np.int64)).derivatives(np.array([-1.0]), 0)[0][:, 0]
         self._ahead = FIRST_AHEAD
@@ -102,12 +102,8 @@ class Placer:
 
     @cached_property
     def search(self) -> NearestOnPath:
-        """Nearest points of the path; over all axes where linear and rotary ones move."""
-        return NearestOnPath(self.rows, units=self._units)
-
-    @cached_property
-    def _search_all(self) -> NearestOnPath:
-        return NearestOnPath(self.rows, units=self.path.units)
+        """Nearest points of the path."""
+        return NearestOnPath(self.rows, units=np.ones(len(self.path.axes)) if self._by_all else None)
 
     def locate(self, setpoints: Setpoints, allowed: float) -> Located:
         """Where each setpoint is: where its curve and u say, if it is within `allowed`, mm and rad, of that."""
@@ -123,31 +119,24 @@ class Placer:
         if len(index):
             if named.any():
                 hint = np.interp(index, np.flatnonzero(named), place.s[named])
-                found = self.search.near(self.metric(position[:, index]), hint)
+                found = self.search.near(self.counted(position[:, index]), hint)
             else:
                 found = self.follow(position[:, index], allowed)
             row[index], u[index] = found.row, self.parameter(found)
-            place = self._by_all_axes(self._at(row, u, position), finite & ~named, allowed)
+            place = self._at(row, u, position)
+            wrong = index[~((place.apart[index] <= allowed) & (place.turned[index] <= allowed))]
+            if 0 < rows.linear < rows.axes and len(
+                wrong
+            ):  # by how much rotary axes are off says the linear ones' place
+                found = NearestOnPath(rows).near(position[: rows.linear, wrong], place.s[wrong])
+                row[wrong], u[wrong] = found.row, self.parameter(found)
+                place = self._at(row, u, position)
         known = np.flatnonzero(finite)
         if len(known):
             self._s, self._q = float(place.s[known[-1]]), position[:, known[-1]]
         for each in (place.u, place.s, place.ahead, place.apart, place.turned, place.speed, place.velocity):
             each[..., ~finite] = np.nan
         return replace(place, astray=astray)
-
-    def _by_all_axes(self, place: Located, wanted: BoolArray, allowed: float) -> Located:
-        """Where linear axes all but stand still they say little of the place: that at which all axes fit is better."""
-        off = np.flatnonzero(wanted & (place.apart <= allowed) & (place.turned > allowed))
-        if self._units is not None or not len(off):
-            return place
-        search = self._search_all
-        position = place.position[:, off]
-        found = search.near(position * search.unit[:, None], place.s[off])
-        other = self._at(found.row, self.parameter(found), position)
-        fits = (other.apart <= allowed) & (other.turned <= allowed)
-        row, u = place.row.copy(), place.u.copy()
-        row[off[fits]], u[off[fits]] = other.row[fits], other.u[fits]
-        return self._at(row, u, place.position)
 
     def _at(self, row: IntArray, u: Array, position: Array) -> Located:
         """Positions (axes, n) at u (n,) of rows (n,)."""
@@ -163,9 +152,9 @@ class Placer:
         ahead = self.rows.ahead(row, t)
         return Located(row, u, self.rows.start[row] + ahead, ahead, apart, turned, turned, speed, velocity, position)
 
-    def metric(self, position: Array) -> Array:
-        """Positions (axes, n) as `search` counts them, (dims, n)."""
-        return np.asarray(position[: self.search.dims] * self.search.unit[:, None])
+    def counted(self, position: Array) -> Array:
+        """Positions (axes, n) of the axes that `search` counts, (dims, n)."""
+        return position[: self.search.dims]
 
     def parameter(self, found: Found) -> Array:
         """u (n,) of what was found."""
@@ -179,16 +168,16 @@ class Placer:
 
     def follow(self, position: Array, allowed: float) -> Found:
         """Places of positions (axes, n), none of them named, behind the last one."""
-        q, count = self.metric(position), position.shape[1]
+        q, count = self.counted(position), position.shape[1]
         out = Found(np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count))
         last, apart = self._s or 0.0, 0.0
-        before = self.metric(self._q[:, None])
+        every = np.column_stack([self._q, position]) * self.path.weights[:, None]
+        ways = np.linalg.norm(np.diff(every[: len(q)], axis=1), axis=0)
         slack = max(allowed, ROUNDINGS * EPSILON * self.rows.length)
         begin = 0
         while begin < count:
             index = np.arange(begin, min(begin + self._ahead, count))
-            here = q[:, index]
-            way = np.linalg.norm(np.diff(np.concatenate([before, here], axis=1), axis=1), axis=0)
+            here, way = q[:, index], ways[index]
             hint = np.minimum(last + np.cumsum(way), self.rows.length)
             found = self.search.near(here, hint)
             # around a bend sharper than a step, the place on the path may lie beyond the window
@@ -204,7 +193,7 @@ class Placer:
                 done = max(int(np.argmax(drifted)), 1)
             self._ahead = min(2 * self._ahead, MOST_AHEAD) if done == len(index) else FIRST_AHEAD
             out.put(index[:done], found.take(np.arange(done)))
-            last, before = float(s[done - 1]), here[:, done - 1 : done]
+            last = float(s[done - 1])
             apart = float(np.sqrt(found.square[done - 1]))
             begin += done
         self._s, self._q = last, position[:, -1]
@@ -222,14 +211,15 @@ class Placer:
         known = dict(zip(setpoints.axes, setpoints.position.T, strict=True))
         position = np.stack([known.get(axis, np.zeros(len(setpoints))) for axis in self.path.axes])
         if self._s is None:
-            self._units = self._units if known.keys() >= set(self.path.axes) else None
-            found = self.search.whole(self.metric(position[:, :1]))
+            self._by_all = known.keys() >= set(self.path.axes) and self._by_all
+            found = self.search.whole(self.counted(position[:, :1]))
             self._s, self._q = float(self.rows.arc_length(found.row, found.t)[0]), position[:, 0]
             if self.path.closed and self._s >= (1.0 - AT_SEAM) * self.rows.length:
                 self._s = 0.0
         found = self.follow(position, 0.0)
-        self.apart = max(self.apart, float(np.sqrt(np.max(found.square, initial=0.0))))
-        return np.clip(self.rows.arc_length(found.row, found.t), 0.0, self.rows.length)
+        at = self._at(found.row, self.parameter(found), position)
+        self.apart = max(self.apart, float(np.max(at.apart, initial=0.0)))
+        return np.clip(at.s, 0.0, self.rows.length)
 
     def _onward(self, q: Array, way: Array, slack: float, last: float, apart: float, found: Found, s: Array) -> int:
         """How many of the places found are right, or made so: the first that had to be moved is the last of them.

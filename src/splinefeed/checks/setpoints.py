@@ -76,8 +76,8 @@ class CheckedTicks(Located):
 class Judge:
     """Measures all setpoints of one motion once, in order, and keeps the worst values.
 
-    Columns of steps and of all that comes of them: 0 along the path, 1 + k axis k, then combinations of axes. The path
-    may change under way, to one that lacks parts that are behind: see `move_on`.
+    Columns of steps and of all that comes of them: 0 the tip, 1 + k axis k, then combinations of axes. The path may
+    change under way, to one that lacks parts that are behind: see `move_on`.
     """
 
     def __init__(
@@ -182,19 +182,22 @@ class Judge:
         first = self.ticks + len(new.t) - count  # tick that `known` begins with
         if self.by_tick is not None:
             self.by_tick.grow(first + count)
-        travelled, most = self.rows.steps(known.row, known.ahead), None
-        row, ahead, of_tip = self._of_tip(known, travelled)
+        travelled, tip, most = self.rows.steps(known.row, known.ahead), self.rows.tip, None
+        row, ahead = known.row, known.ahead
+        if self.rows.mixed:
+            row, ahead = tip.place(self.rows.curve[row], known.u)
+        of_tip = tip.steps(row, ahead)
         if bounds.path.feeds is not None:
             # over several curves the limit of the mean feed is the way through the least time that their feeds allow
-            feeds, curve = bounds.feeds[self.rows.tip.curve[row]], self.rows.tip.curve[row]
+            feeds, curve = bounds.feeds[tip.curve[row]], tip.curve[row]
             least = np.diff(ahead / feeds) + np.diff(bounds.row_times[row])
             with np.errstate(divide="ignore", invalid="ignore"):
                 most = np.where(least > 0.0, of_tip / least, np.inf)
             most = np.where(curve[1:] == curve[:-1], feeds[1:], most)
         moved = np.diff(known.values, axis=1)
-        steps = np.concatenate([travelled[None], moved, bounds.weights @ moved, of_tip[None]])
+        steps = np.concatenate([of_tip[None], moved, bounds.weights @ moved])
         rounding = self._rounding(known, travelled, moved)
-        rounding = np.concatenate([rounding, np.abs(bounds.weights) @ rounding[1:], rounding[:1]])
+        rounding = np.concatenate([rounding, np.abs(bounds.weights) @ rounding[1:]])
         errors = np.where(known.still[1:] | known.still[:-1], 0.0, rounding[:, :-1] + rounding[:, 1:])
         if self.short is None:
             self._see_models(known, first, rounding, len(new.t))
@@ -207,7 +210,11 @@ class Judge:
                 away = np.abs(new.values[k] - 0.5 * (low + high))
                 self._see(f"travel.{axis}", away, self.ticks, new.t, new.s, rounding[k + 1, count - len(new.t) :])
         if count > 1:
-            self._differences(known, first, steps, errors, None if most is None else most[-n:], n, last)
+            near = slice(-n - 2, None)
+            self._check_steps(travelled[near], of_tip[near], errors[0, near], known.t[:-1][near], known.s[:-1][near], n)
+            if len(bounds.corners.s):
+                self._corner_steps(known, first, travelled, errors[0], n, last)
+            self._differences(known, first, steps, errors, most, n, last)
         self.ticks += 0 if new.still[0] else len(new.t)
         self._tail = known.part(max(count - TAIL, 0), count)
 
@@ -270,14 +277,6 @@ class Judge:
         if self.short is not None:
             taken[-1] = self.short
         return taken
-
-    def _of_tip(self, known: CheckedTicks, travelled: Array) -> tuple[IntArray, Array, Array]:
-        """Spans of the tip (n,) that ticks lie on, how far it is from their starts, mm, and its steps (n - 1,), mm."""
-        tip = self.rows.tip
-        if tip is self.rows:
-            return known.row, known.ahead, travelled
-        row, ahead = tip.place(self.rows.curve[known.row], known.u)
-        return row, ahead, tip.steps(row, ahead)
 
     def _locate(self, setpoints: Setpoints) -> tuple[Located, Array]:
         """Where the setpoints are on the path, with what is off the curve or misplaced, and the axes (axes, n)."""
@@ -385,68 +384,62 @@ class Judge:
     def _differences(
         self, known: CheckedTicks, first: int, steps: Array, errors: Array, feeds: Array | None, n: int, last: bool
     ) -> None:
-        """Feed, acceleration and jerk of path and axes over the last n of steps (1 + axes + 1, m), the last of the tip.
+        """Feed, acceleration and jerk of tip and axes over the last n of steps (1 + axes + combinations, m).
 
-        first: tick of the first step; errors (1 + axes + 1, m): the rounding of the steps; feeds (n,): the limit of the
-        feed over each, mm/s, if it changes. What spans several steps is placed at the start of the last one; by ticks
-        it is that of the tick in its middle, or before.
+        first: tick of the first step; errors: the rounding of the steps; feeds (m,): the limit of the feed over each,
+        mm/s, if it changes. What spans several steps is placed at the start of the last one; by ticks it is that of the
+        tick in its middle, or before.
         """
         dt, limits, corners = known.dt[1:], self.bounds.limits, self.bounds.corners.s
         t, begin, end = known.t[:-1], known.s[:-1], known.s[1:]
-        near = slice(-n - 2, None)
-        self._check_steps(steps[0, near], steps[-1, near], errors[0, near], t[near], begin[near], n)
         values, floors = divided(steps, dt), divided(errors, dt, np.add)
-        v, (feed, a, _) = values[0][0], (each[-1] for each in values)
+        feed, a, _ = (each[0] for each in values)
         with np.errstate(invalid="ignore"):  # where the feed grows, and where it falls, throughout a third difference
             bend = np.abs(np.diff(a))
             jerks = self.bounds.jerks(np.minimum(a[1:], a[:-1]) > bend, np.maximum(a[1:], a[:-1]) < -bend)
-        if len(corners):
-            open_end = last and limits.end_feed > 0.0  # of what comes then only the feed is known
-            within = slice(max(len(v) - n - BESIDE, 1), len(v) - (1 if open_end else BESIDE))
-            self._corner_steps(v, first, floors[0][0], t, begin, end, within)
         if self.start.feed > 0.0 and not self.ticks and self._of_tip_at_start:
             self._edge(feed[0], floors[0][0, 0], dt[0], self.start.feed, 0, known.t[:1], known.s[:1])
         if limits.end_feed > 0.0 and last:
             self._edge(-feed[-1], floors[0][0, -1], dt[-1], -limits.end_feed, self.ticks, known.t[-1:], known.s[-1:])
-        newest: list[slice] = []
-        ticks: list[int] = []
-        for ahead, each in enumerate(values):
+        for ahead, (each, floor) in enumerate(zip(values, floors, strict=True)):
             new = slice(max(len(each[0]) - n, 0), len(each[0]))
-            newest.append(new)
-            ticks.append(first + new.start + ahead - ahead // 2)
+            at, tick = slice(new.start + ahead, None), first + new.start + ahead - ahead // 2
             if len(corners) and ahead:  # what straddles a corner is that corner's step
-                each[1:-1, new][:, contain(corners, begin[new], end[ahead:][new])] = np.nan
+                each[1:, new][:, contain(corners, begin[new], end[at])] = np.nan
             if self.by_tick is not None:
-                self.by_tick.moved(ahead + 1, ticks[ahead], each[1 : 1 + len(known.values), new])
-        for name, worst in self.worst.items():
-            ahead, column = worst.order - 1, worst.column or -1
-            if ahead < 0:
-                continue
-            new, at = newest[ahead], slice(newest[ahead].start + ahead, None)
-            of_place = {"feed": feeds, "jerk": jerks[newest[2]]}
-            each = values[ahead][column, new]
-            if name != "acceleration":
-                each = -each if name == "deceleration" else np.abs(each)
-            floor = floors[ahead][column, new]
-            self._see(name, each, ticks[ahead], t[at], begin[at], floor, of_place.get(name))
+                self.by_tick.moved(ahead + 1, tick, each[1 : 1 + len(known.values), new])
+            for name, worst in self.worst.items():
+                if worst.order != ahead + 1:
+                    continue
+                value, most = each[worst.column, new], {"feed": feeds, "jerk": jerks}.get(name)
+                if name != "acceleration":
+                    value = -value if name == "deceleration" else np.abs(value)
+                most = None if most is None else most[new]
+                self._see(name, value, tick, t[at], begin[at], floor[worst.column, new], most)
 
     def _corner_steps(
-        self, v: Array, first: int, floors: Array, t: Array, begin: Array, end: Array, within: slice
+        self, known: CheckedTicks, first: int, travelled: Array, errors: Array, n: int, last: bool
     ) -> None:
-        """Jump of each axis' velocity at the corners `within` some steps; the rest as in `_differences`."""
-        corners = self.bounds.corners
-        low, high = (np.searchsorted(corners.s, each[within], side="right") for each in (begin, end))
-        count = np.where(np.isfinite(end[within]), np.maximum(high - low, 0), 0)
-        step, number = expanded(count)
+        """Jump of each axis' velocity at the corners within steps, of which the last n are new.
+
+        A step counts once the BESIDE steps behind it are known. first: tick of the first step; errors (m,): the
+        rounding of the steps.
+        """
+        corners, dt, begin, end = self.bounds.corners, known.dt[1:], known.s[:-1], known.s[1:]
+        open_end = last and self.bounds.limits.end_feed > 0.0  # of what comes then only the feed is known
+        start, stop = max(len(dt) - n - BESIDE, 1), len(dt) - (1 if open_end else BESIDE)
+        low, high = (np.searchsorted(corners.s, each[start:stop], side="right") for each in (begin, end))
+        step, number = expanded(np.where(np.isfinite(end[start:stop]), np.maximum(high - low, 0), 0))
         if not len(step):
             return
-        k, i = low[step] + number, within.start + step
-        s, floor = corners.s[k], floors[i]
-        feed = self.bounds.corner_feeds(k, v, i, s - begin[i], floor, self.period)
+        k, i = low[step] + number, start + step
+        s, floor = corners.s[k], errors[i] / dt[i]
+        with np.errstate(invalid="ignore"):
+            feed = self.bounds.corner_feeds(k, travelled / dt, i, s - begin[i], floor, self.period)
         for name, worst in self.worst.items():
             if name.startswith(STEP):
                 jump = corners.jumps[k, worst.column - 1]
-                self._see(name, feed * jump, first + i, t[i], s, floor * jump)
+                self._see(name, feed * jump, first + i, known.t[i], s, floor * jump)
 
     def _check_steps(self, d: Array, tip: Array, floor: Array, t: Array, s: Array, n: int) -> None:
         """Progress: no step back, none skipped, none repeated.

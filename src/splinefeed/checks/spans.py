@@ -210,6 +210,12 @@ class PathSpans:
             first, last = np.where(ahead, middle, first), np.where(ahead, last, middle - 1)
         return first, value
 
+    def points(self, curve: IntArray, u: Array) -> Array:
+        """Points of the curves (n,) at u (n,), (axes, n)."""
+        row, u = self.find(curve, u)
+        places = SpanPlaces(self, row)
+        return places.derivatives(places.t(u), 0)[0]
+
     def place(self, curve: IntArray, u: Array) -> tuple[IntArray, Array]:
         """Span (n,) that holds u (n,) of the curves (n,), and how far u is from its start, mm, (n,)."""
         row, u = self.find(curve, u)

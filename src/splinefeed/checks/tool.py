@@ -13,9 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinefeed.checks.axes import ROUNDINGS, AxesCheck
+from splinefeed.checks.axes import AxesCheck
 from splinefeed.checks.place import Placer
-from splinefeed.checks.spans import EPSILON, PathSpans, SpanPlaces
+from splinefeed.checks.spans import PathSpans
 from splinefeed.curves.packed import Flat
 from splinefeed.paths.tool_path import ANGLES, POINTS
 from splinefeed.paths.track import Track
@@ -65,22 +65,16 @@ class ToolCheck(AxesCheck):
 
     def _orientation(self, curve: IntArray, u: Array) -> Array:
         """What stands for the tool axis at places (n,), (n, columns): a point of the axis counts from the tip, mm."""
-
-        def at(spans: PathSpans, curve: IntArray) -> Array:
-            row, value = spans.find(curve, u)
-            places = SpanPlaces(spans, row)
-            return places.derivatives(places.t(value), 0)[0].T
-
         assert self._axis is not None
-        value = at(self._axis, curve if len(self._axis.curves) > 1 else 0 * curve)
-        return value - at(self._rows, curve) if self.tool.kind == POINTS else value
+        value = self._axis.points(curve if len(self._axis.curves) > 1 else 0 * curve, u)
+        return (value - self._rows.points(curve, u) if self.tool.kind == POINTS else value).T
 
-    def chords(self, joints: Array, s: Array) -> tuple[tuple[Array, float], tuple[Array, float]]:
-        """How far tip, mm, and tool axis, rad, are off (n,) while joints (joints, n + 1) move straight; and roundings.
+    def _between(self, joints: Array, s: Array) -> Array:
+        """How far tip, mm, and tool axis, rad, are off, (2, n), while joints (joints, n + 1) move straight.
 
         s (n + 1,) is where the setpoints are, mm: the nearest point is sought around there.
         """
-        worst, turned = np.zeros((2, joints.shape[1] - 1))
+        off = np.zeros((2, joints.shape[1] - 1))
         first, search = self._rows.curves[:, 0], self._placer.search
         known = np.flatnonzero(np.all(np.isfinite(joints[:, 1:] + joints[:, :-1]), axis=0))
         for share in BETWEEN if len(known) else ():
@@ -89,12 +83,8 @@ class ToolCheck(AxesCheck):
             found = search.near(np.ascontiguousarray(tip.T), hint)
             u = self._placer.parameter(found)
             curve = np.searchsorted(first, found.row, side="right") - 1
-            worst[known] = np.maximum(worst[known], np.sqrt(found.square))
-            turned[known] = np.maximum(turned[known], self._angles(curve, u, axis))
-        self.chord_error = max(self.chord_error, float(np.max(worst)))
-        self.turned = max(self.turned, float(np.max(turned)))
-        size = max(float(np.max(self._size)), self._rows.length)
-        return (worst, ROUNDINGS * EPSILON * size), (turned, ROUNDINGS * EPSILON)
+            off[:, known] = np.maximum(off[:, known], [np.sqrt(found.square), self._angles(curve, u, axis)])
+        return off
 
 
 def axes_check(track: Track, rows: PathSpans, placer: Placer) -> AxesCheck:
