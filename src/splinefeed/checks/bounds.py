@@ -265,39 +265,34 @@ class Bounds:
 
         That of the feed is always there: a path in parts may begin with rapid moves and have a feed later.
         """
-        limits, axes = self.limits, self.axes
+        limits, axes, out = self.limits, self.axes, {}
+        of = (None, *axes, *((None,) * len(self.weights)))  # whose each column is
+
+        def add(name: str, limit: float | None, order: int = 0, column: int = 0) -> None:
+            most = np.inf if limit is None else limit
+            if name == "feed" or most < np.inf:
+                nothing = LimitResult(limit=most, worst=0.0, at_s=0.0, at_t=0.0, axis=of[column])
+                out[name] = Worst(nothing, order, column)
+
         known = self.feeds[np.isfinite(self.feeds)]  # rapid moves may have none
-        rows: list[tuple[str, float | None, int, int]] = [
-            ("feed", float(np.max(known, initial=0.0)) or np.inf, 1, 0),
-            ("acceleration", limits.acceleration, 2, 0),
-            ("deceleration", limits.deceleration, 2, 0),
-            ("jerk", min(limits.jerk, limits.deceleration_jerk or np.inf), 3, 0),
-        ]
-        rows += [(name, most, 0, 0) for bounds in (TICKS, PLACES) for name, most in limits.given(bounds).items()]
+        add("feed", float(np.max(known, initial=0.0)) or np.inf, 1)
+        add("acceleration", limits.acceleration, 2)
+        add("deceleration", limits.deceleration, 2)
+        add("jerk", min(limits.jerk, limits.deceleration_jerk or np.inf), 3)
+        for name, most in (limits.given(TICKS) | limits.given(PLACES)).items():
+            add(name, most)
         bounded = limits.axis_bounds(axes)
         for order, (names, bounds) in enumerate(zip(bounded.names, bounded.bounds.tolist(), strict=True), start=1):
-            rows += [
-                (name, bound, order, k) for k, (name, bound) in enumerate(zip(names, bounds, strict=True), start=1)
-            ]
+            for k, (name, most) in enumerate(zip(names, bounds, strict=True), start=1):
+                add(name, most, order, k)
         for model in limits.models:
-            most = model.numbers()
-            columns = model.columns(axes)
-            rows += [
-                (n, most.get(a, LAW), 0, k + 1) for n, a, k in zip(model.names(), model.axes, columns, strict=True)
-            ]
-        rows += [(named(STEP, axes[k]), v, 0, k + 1) for k, v in enumerate(limits.of_axes(STEP, axes).tolist())]
+            for name, axis, k in zip(model.names(), model.axes, model.columns(axes), strict=True):
+                add(name, model.numbers().get(axis, LAW), 0, k + 1)
+        for k, most in enumerate(limits.of_axes(STEP, axes).tolist(), start=1):
+            add(named(STEP, axes[k - 1]), most, 0, k)
         for axis, (low, high) in limits.travel_of(axes).items():
-            rows.append((named("travel", axis), 0.5 * (high - low), 0, axes.index(axis) + 1))
-        of = (None, *axes, *((None,) * len(self.weights)))  # whose each column is
-        return {
-            name: Worst(
-                LimitResult(limit=np.inf if limit is None else limit, worst=0.0, at_s=0.0, at_t=0.0, axis=of[column]),
-                order,
-                column,
-            )
-            for name, limit, order, column in rows
-            if name == "feed" or (limit is not None and limit < np.inf)
-        }
+            add(named("travel", axis), 0.5 * (high - low), 0, axes.index(axis) + 1)
+        return out
 
     def corner_feeds(self, k: IntArray, means: Array, i: IntArray, ahead: Array, floor: Array, period: float) -> Array:
         """A bound of the feed at corners k (n,), mm/s, `ahead` mm (n,) into steps i (n,), by the mean feeds of all."""

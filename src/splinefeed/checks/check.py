@@ -23,6 +23,7 @@ from splinefeed.records import (
     State,
     TimeLaw,
     Verdict,
+    axes_without_limits,
     number,
     shown_by,
     unit_along,
@@ -296,11 +297,6 @@ class Check:
         made = verdict_of(self._judge, self._first, self._first_curve + len(self._judge.bounds.path.curves))
         return made if self._said is None else replace(made, notes=(*made.notes, _begins(self._said, made.along)))
 
-    def _said_start(self, first: Setpoints) -> State | None:
-        """How the motion begins by what is said of it: by its law, or else by its setpoints."""
-        self._said = State.said((first if self.law is None else self.law).settings)
-        return self._said
-
     def _look(self, setpoints: Setpoints, last: bool) -> None:
         """Judge setpoints along all parts up to their curves; curves that are left are forgotten, but for the last."""
         judge, left, come = self._judge, 0, []
@@ -316,8 +312,9 @@ class Check:
         if come:
             bounds = self.bounds(joined(come))
             if judge is None:
-                begins = self.start or self._said_start(setpoints)
-                judge = self._judge = Judge(bounds, local, self.law, begins, self.by_tick)
+                if self.start is None:
+                    self._said = State.said((setpoints if self.law is None else self.law).settings)
+                judge = self._judge = Judge(bounds, local, self.law, self.start or self._said, self.by_tick)
             else:
                 judge.move_on(bounds, left)
         assert judge is not None
@@ -348,7 +345,7 @@ def verdict_of(judge: Judge, first: Setpoints, curves: int) -> Verdict:
         )
     if not judge.placed:
         notes.append("the setpoints have no u: each is placed at the nearest point of the path, one after the other")
-    notes += judge.without_limits()
+    notes += axes_without_limits(judge.bounds.limits, judge.bounds.axes, judge.least, judge.greatest)
     problems += [_limit_sentence(name, result, unit) for name, result in results.items() if not result.holds]
     numbers = {
         "duration_s": judge.duration,

@@ -16,7 +16,7 @@ import numpy as np
 from splinefeed.checks.axes import AxesByPlace
 from splinefeed.checks.bounds import STEP, Bounds, Worst
 from splinefeed.checks.path_limits import TipPlaces, value_of
-from splinefeed.checks.spans import EPSILON, SpanPlaces, about
+from splinefeed.checks.spans import EPSILON, SpanPlaces, about, reached
 from splinefeed.limit_table import MODELS, TICKS
 from splinefeed.paths.path import Path
 from splinefeed.records import (
@@ -39,8 +39,6 @@ from splinefeed.telling import tell
 INSTANTS = 17
 #: Stretches that are processed together.
 MOST = 256
-#: Bisections that find an instant: 2^-60 of a piece.
-BISECTIONS = 60
 #: An acceleration below this share of the law's largest has no sign: where a law comes to rest, a rounding of its feed
 #: is a square root of it in time.
 NO_SIGN = 1e-9
@@ -476,7 +474,7 @@ class LawMotion:
         least = np.maximum(np.searchsorted(start, begin, side="right") - 1, 0)
         most = np.maximum(np.searchsorted(start, end, side="left") - 1, least)
         owner, number = expanded(most - least)
-        ends = reached(c[owner], start[1 + least[owner] + number], np.zeros(len(owner)), span[owner])
+        ends = times_in(c[owner], start[1 + least[owner] + number], span[owner])
         whole = PPoly(
             c[:, ::-1].T, law.breaks
         )  # its acceleration changes sign or turns at the roots, NaN if it stays 0
@@ -531,15 +529,6 @@ def pieces_at(law: TimeLaw, t: Array) -> tuple[IntArray, Array]:
     return piece, t - law.breaks[piece]
 
 
-def reached(c: Array, s: Array, low: Array, high: Array) -> Array:
-    """tau (n,) in [low, high] at which polynomials c (n, 6), growing, reach s (n,): by bisection."""
-    for _ in range(BISECTIONS if len(low) else 0):
-        middle = 0.5 * (low + high)
-        before = motion_of(c, middle, 0)[0] < s
-        low, high = np.where(before, middle, low), np.where(before, high, middle)
-    return high
-
-
 def times_at(law: TimeLaw, s: Array) -> Array:
     """Find when a law first reaches arc lengths.
 
@@ -557,7 +546,12 @@ def times_at(law: TimeLaw, s: Array) -> Array:
     """
     c = law.coefficients
     piece = np.maximum(np.searchsorted(c[:, 0], s, side="left") - 1, 0)
-    return law.breaks[piece] + reached(c[piece], s, np.zeros(len(s)), np.diff(law.breaks)[piece])
+    return law.breaks[piece] + times_in(c[piece], s, np.diff(law.breaks)[piece])
+
+
+def times_in(c: Array, s: Array, span: Array) -> Array:
+    """tau (n,) from 0 to a span (n,), s, at which polynomials c (n, 6), growing, reach s (n,)."""
+    return reached(c.T, s, np.zeros(len(s)), span, 0.5 * span)
 
 
 def breaks_apart(law: TimeLaw) -> Iterator[tuple[float, float, float]]:

@@ -26,7 +26,7 @@ from splinefeed.checks.spans import EPSILON, SpanPlaces
 from splinefeed.checks.tool import axes_check
 from splinefeed.errors import InputError
 from splinefeed.limit_table import KINDS, PLACES
-from splinefeed.records import Array, BoolArray, IntArray, Setpoints, State, TimeLaw, axes_without_limits, unit_along
+from splinefeed.records import Array, BoolArray, IntArray, Setpoints, State, TimeLaw, unit_along
 from splinefeed.records.arrays import expanded
 
 #: A setpoint may be this many roundings of the largest coordinate off the curve, in addition to the tolerance.
@@ -109,7 +109,7 @@ class Judge:
         axes = len(first.axes)
         if by_tick is not None:  # travel bounds where the path lies, not how fast it is driven
             by_tick.begin(tuple(name for name in self.worst if not name.startswith("travel.")), axes, TAIL)
-        self._least, self._greatest = np.full(axes, np.inf), np.full(axes, -np.inf)  # positions so far
+        self.least, self.greatest = np.full(axes, np.inf), np.full(axes, -np.inf)  # positions so far
         self.own = None if bounds.track is None else axes_check(bounds.track, self.rows, self._placer)
         self._tail: CheckedTicks | None = None  # the last ticks
         top = 0.0 if law is None else float(np.max(motion_at(law, np.linspace(0.0, law.breaks[-1], 2048), 1)))
@@ -132,10 +132,6 @@ class Judge:
         assert self._tail is not None
         return int(np.searchsorted(self.rows.curves[:, 0], min(self._tail.row), side="right")) - 1
 
-    def without_limits(self) -> list[str]:
-        """A sentence for each kind of limit that some axes have and others that move do not."""
-        return axes_without_limits(self.bounds.limits, self.bounds.axes, self._least, self._greatest)
-
     def move_on(self, bounds: Bounds, left: int) -> None:
         """Go on with a path that lacks the first `left` curves and goes on further."""
         assert self._tail is not None
@@ -151,8 +147,8 @@ class Judge:
     def see(self, setpoints: Setpoints, last: bool) -> None:
         """The next setpoints; `last` says that they are the last one, alone."""
         self._check_finite(setpoints)
-        self._least = np.minimum(self._least, setpoints.position.min(axis=0, initial=np.inf))
-        self._greatest = np.maximum(self._greatest, setpoints.position.max(axis=0, initial=-np.inf))
+        self.least = np.minimum(self.least, setpoints.position.min(axis=0, initial=np.inf))
+        self.greatest = np.maximum(self.greatest, setpoints.position.max(axis=0, initial=-np.inf))
         place, values = self._locate(setpoints)
         t, limits = setpoints.t, self.bounds.limits
         dt, still = self._check_times(t, place.s, last), np.zeros(len(t), dtype=bool)

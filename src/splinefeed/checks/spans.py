@@ -32,8 +32,8 @@ OF_ROUNDING = 4.0
 HALVINGS = 60
 #: PathSpans, and curves of one kind, that are processed together: what bounds the memory.
 BLOCK, ALIKE = 4096, 65536
-#: Newton steps to an arc length at most, and the step in t, of [-1, 1], behind which the next one is rounding.
-STEPS, SMALL_STEP = 100, 1e-9
+#: Newton steps in a bracket at most, and the share of it behind which the next step is rounding.
+STEPS, SMALL_STEP = 100, 5e-10
 
 #: At both ends, which lie outside of all places, a speed is that polynomial to so many times more: what turns there, as
 #: the tip of a path whose other axes turn on, may turn between the last place and the end.
@@ -240,25 +240,11 @@ class PathSpans:
 
     def parameter(self, row: IntArray, ahead: Array) -> Array:
         """t (n,) in [-1, 1] of spans (n,) at which S is `ahead` (n,), mm, behind their start: Newton in a bracket."""
-        arc, low, high = self._arc[None, :, row], np.full(len(row), -1.0), np.ones(len(row))
+        length, one = self.lengths[row], np.ones(len(row))
         with np.errstate(divide="ignore", invalid="ignore"):
-            length, all_ahead = self.lengths[row], ahead
-            t = np.clip(2.0 * ahead / length - 1.0, -1.0, 1.0)
-            out, index = np.where(np.isfinite(t), t, 1.0), np.arange(len(row))
-            t = out.copy()
-            for _ in range(STEPS if len(row) else 0):
-                (over,), (slope,) = about(arc, t, 1)
-                over = over - ahead
-                low, high = np.where(over < 0.0, t, low), np.where(over > 0.0, t, high)
-                new = t - over / slope
-                new = np.where((new >= low) & (new <= high), new, np.where(over == 0.0, t, 0.5 * (low + high)))
-                out[index] = new
-                go = np.flatnonzero(~(np.abs(new - t) < SMALL_STEP))
-                if not len(go):
-                    break
-                arc, low, high, t, ahead, index = taken(go, arc, low, high, new, ahead, index)
+            t = reached(self._arc[:, row], ahead, -one, one, np.clip(2.0 * ahead / length - 1.0, -1.0, 1.0))
         # where C' = 0 at an end, a rounding of the arc length is far
-        return np.where(all_ahead >= length, 1.0, np.where(all_ahead <= 0.0, -1.0, out))
+        return np.where(ahead >= length, 1.0, np.where(ahead <= 0.0, -1.0, t))
 
 
 class SpanPlaces:
@@ -441,6 +427,40 @@ def about(a: Array, t: Array, order: int) -> list[Array]:
         out[0] += a[:, k]
         out += longer
     return out + [np.zeros_like(out[0])] * (order + 1 - len(out))
+
+
+def reached(terms: Array, value: Array, low: Array, high: Array, t: Array) -> Array:
+    """Find where growing polynomials reach a value: Newton's method in a bracket.
+
+    Parameters
+    ----------
+    terms : (degree + 1, n) array
+        Coefficients of t^k.
+    value : (n,) array
+        To be reached.
+    low, high, t : (n,) array
+        The bracket, and where to begin; if that is NaN, in the middle.
+
+    Returns
+    -------
+    (n,) array
+        t, an end of the bracket where the value is beyond it.
+    """
+    t = np.where(np.isfinite(t), t, 0.5 * (low + high))
+    out, index, near = t.copy(), np.arange(len(t)), SMALL_STEP * (high - low)
+    for _ in range(STEPS if len(t) else 0):
+        (over,), (slope,) = about(terms[None], t, 1)
+        over = over - value
+        low, high = np.where(over < 0.0, t, low), np.where(over > 0.0, t, high)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            new = t - over / slope
+        new = np.where((new >= low) & (new <= high), new, np.where(over == 0.0, t, 0.5 * (low + high)))
+        out[index] = new
+        go = np.flatnonzero(~(np.abs(new - t) < near))
+        if not len(go):
+            break
+        terms, value, low, high, t, index, near = taken(go, terms, value, low, high, new, index, near)
+    return out
 
 
 def quotient(a: list[Array]) -> list[Array]:
