@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 from splinefeed.kinematics.jets import Jet, Number, as_jet
 from splinefeed.paths.path import Path
 from splinefeed.paths.track import Track
-from splinefeed.records import Array, IntArray, Limits
+from splinefeed.records import Array, IntArray
 
 #: What rounding of a joint may come to, in units of its last place.
 ROUNDINGS = 8.0
@@ -67,6 +68,11 @@ class Joints:
         return PathWithJoints(path, self)
 
 
+def _of_path(name: str) -> Any:
+    """Return a property or method that is the path's own: joints change nothing of it."""
+    return property(lambda self: getattr(self.path, name), doc=f"See `Path.{name}`.")
+
+
 class PathWithJoints(Track):
     """A path and joints beside its axes: `Limits` name them as further axes.
 
@@ -91,47 +97,24 @@ class PathWithJoints(Track):
     """
 
     sided = Path.sided
+    length = _of_path("length")
+    stops = _of_path("stops")
+    dwells = _of_path("dwells")
+    breaks = _of_path("breaks")
+    jumps = _of_path("jumps")
+    mixed = _of_path("mixed")
+    alone = _of_path("alone")
+    tip_columns = _of_path("tip_columns")
+    pieces = _of_path("pieces")
+    check_travel = _of_path("check_travel")
+    check_limits = _of_path("check_limits")
+    tip_length = _of_path("tip_length")
 
     def __init__(self, path: Path, joints: Joints) -> None:
         self.path, self.joints = path, joints
         self.name, self.linear = path.name, path.linear
         self.axes = (*path.axes, *joints.names)
         self._own = len(path.axes)
-
-    @property
-    def length(self) -> float:
-        """That of the path, mm."""
-        return self.path.length
-
-    @property
-    def stops(self) -> tuple[float, ...]:
-        """Those of the path, mm: joints are as smooth as it."""
-        return self.path.stops
-
-    @property
-    def dwells(self) -> tuple[tuple[float, float], ...]:
-        """Those of the path, (mm, s)."""
-        return self.path.dwells
-
-    @property
-    def breaks(self) -> Array:
-        """Those of the path, mm."""
-        return self.path.breaks
-
-    @property
-    def jumps(self) -> Array:
-        """Those of the path, mm."""
-        return self.path.jumps
-
-    @property
-    def mixed(self) -> bool:
-        """Whether sigma is another length than that of the tip."""
-        return self.path.mixed
-
-    @property
-    def alone(self) -> bool:
-        """Whether axes may move while the tip stays."""
-        return self.path.alone
 
     @property
     def weights(self) -> Array:
@@ -142,16 +125,6 @@ class PathWithJoints(Track):
     def tip_path(self) -> Path:
         """The path."""
         return self.path
-
-    @property
-    def tip_columns(self) -> slice:
-        """The linear axes carry the tip."""
-        return self.path.tip_columns
-
-    @property
-    def pieces(self) -> Array:
-        """Those of the path, mm."""
-        return self.path.pieces
 
     def __call__(self, s: ArrayLike) -> Array:
         """Return axes and joints (..., axes), mm and rad, at places s (...), mm."""
@@ -174,14 +147,6 @@ class PathWithJoints(Track):
         places = self(self.path.curve_starts)[:, self._own :]
         return np.append(low, places.min(axis=0)), np.append(high, places.max(axis=0))
 
-    def check_travel(self, travel: Mapping[str, tuple[float, float]]) -> None:
-        """Raise LimitsError where an axis of the path leaves its travel."""
-        self.path.check_travel(travel)
-
-    def check_limits(self, limits: Limits) -> None:
-        """Raise LimitsError for a limit that no motion along the path can have."""
-        self.path.check_limits(limits)
-
     def between_ticks(self, d: Array) -> tuple[Array | None, Array | None]:
         """Return what `Track.between_ticks` of the path does."""
         return self.path.between_ticks(d[:, :, : self._own])
@@ -198,7 +163,3 @@ class PathWithJoints(Track):
     def tip(self, d: Array) -> Array:
         """Return what `Track.tip` of the path does."""
         return self.path.tip(d[:, :, : self._own])
-
-    def tip_length(self, s: ArrayLike) -> Array:
-        """Return what `Track.tip_length` of the path does."""
-        return self.path.tip_length(s)
