@@ -30,6 +30,8 @@ RADIUS = 50.0
 DEGREES = 180.0 / math.pi
 #: Samples of an arc-length piece among which the tip's slowest places are looked for; a tip slower than this counts.
 SAMPLES, SLOW_TIP = np.clip(np.linspace(0.0, 1.0, 9), 1e-9, 1.0 - 1e-9), 0.3
+#: A dip of the tip's squared speed by less than this share is rounding.
+SHALLOW = 1e-12
 #: Halvings that take an interval to the rounding of its middle.
 HALVINGS = 50
 #: A speed that is as good as 0.
@@ -108,14 +110,15 @@ def slow_tips(derivatives: Callable[[Array], Array], pieces: Pieces, linear: int
         d = derivatives(at)[:, :, :linear]
         return np.sum(d[:, 1] * d[:, 2], axis=1), np.sum(d[:, 1] ** 2, axis=1)
 
-    value, _ = fall(places)
+    value, square = fall(places)
     dip = np.flatnonzero((value[:-1] < 0.0) & (value[1:] > 0.0))
     low, high = places[dip], places[dip + 1]
     for _ in range(HALVINGS if len(dip) else 0):
         middle = 0.5 * (low + high)
         falls = fall(middle)[0] < 0.0
         low, high = np.where(falls, middle, low), np.where(falls, high, middle)
-    return high[fall(high)[1] < SLOW_TIP**2] if len(dip) else np.zeros(0)
+    beside = np.minimum(square[dip], square[dip + 1])
+    return high[fall(high)[1] < np.minimum(SLOW_TIP**2, beside * (1.0 - SHALLOW))] if len(dip) else np.zeros(0)
 
 
 def tip_pieces(flat: Flat, linear: int, curves: Sequence[NurbsCurve]) -> Pieces:
