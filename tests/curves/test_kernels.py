@@ -66,10 +66,10 @@ def test_refined_weights_stay_means_of_weights():
     weights = np.array([[1.0], [1e-6], [1e6], [1e-6], [1.0], [1.0]])
     knots = np.array([0, 0, 0, 0, 1, 1 + 1e-6, 2, 2, 2, 2.0])
     new = np.sort(np.concatenate([knots, [0.3, 0.3, 1 + 5e-7, 1.5]]))
-    out = editing._finer(knots, weights, 3, new)
+    out = editing._over(knots, weights, 3, new)
     assert np.all(out > 0.0) and out.min() >= 1e-6 * (1 - 1e-14) and out.max() <= 1e6
     assert out[0, 0] == weights[0, 0] and out[-1, 0] == weights[-1, 0]
-    higher = editing._higher(knots, weights, 3, np.sort(np.concatenate([knots, np.unique(knots)])))
+    higher = editing._over(knots, weights, 3, np.sort(np.concatenate([knots, np.unique(knots)])), higher=True)
     assert np.all(higher > 0.0) and higher.max() <= 1e6 * (1 + 1e-15)
 
 

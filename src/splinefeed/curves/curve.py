@@ -17,7 +17,7 @@ from splinefeed.curves.spline import Spline, numbers
 from splinefeed.curves.tables import arc_pieces, span_pieces
 from splinefeed.errors import CurveError
 from splinefeed.kernels.layout import HIGH, LOW, MIDDLE, SCALE, Shape
-from splinefeed.records import Array, IntArray, Points, view
+from splinefeed.records import Array, Points, view
 from splinefeed.records.arrays import chunks
 
 #: A Taylor coefficient below this, relative to the greatest one of its piece, counts as none.
@@ -233,33 +233,26 @@ class NurbsCurve(Spline):
         return np.zeros(self.axes)[:linear]
 
     def extremes(self) -> Array:
-        """Parameters (k,) at which a coordinate may be least or greatest: ends of pieces and where its derivative is 0.
+        """Parameters (k,) at which a coordinate may be least or greatest: ends of spans and where its derivative is 0.
 
-        x' = 0 where A' w - A w' = 0, a polynomial of degree 2p - 1 at most on every piece.
+        x' = 0 where A' w - A w' = 0, a polynomial of degree 2p - 1 at most on every piece. Only pieces whose control
+        points go beyond the ends of all spans are searched: no other goes further. Source: The NURBS Book, 2nd ed.,
+        property P4.3.
         """
-        return np.concatenate([self.breaks, self._turns(np.arange(len(self.table[0])))])
-
-    def _turns(self, rows: IntArray) -> Array:
-        """Parameters (k,) on some pieces at which the derivative of a coordinate is 0."""
         table, shape = self.table
-        found = [np.zeros(0)]
-        for some in chunks(len(rows)) if self.degree > 1 else ():
+        ends, found = self(self.breaks), [self.breaks]
+        first = np.searchsorted(self.knots, table[:, LOW], side="right") - 1 - self.degree
+        hull = self.control_points[np.maximum(first, 0)[:, None] + np.arange(self.degree + 1)]
+        beyond = (hull.max(axis=1) > ends.max(axis=0)) | (hull.min(axis=1) < ends.min(axis=0))
+        rows = np.flatnonzero(beyond.any(axis=1))
+        for some in chunks(len(rows)):
             c = columns(table, rows[some])
             found += [differential.zeros_on(c, slope, 1e-6)[1] for slope in differential.slopes(c, shape)]
         return np.concatenate(found)
 
     def bounding_box(self) -> tuple[Array, Array]:
-        """Least and greatest coordinates (axes,), mm.
-
-        Only pieces whose control points go beyond the ends of all pieces are searched: no other goes further. Source:
-        The NURBS Book, 2nd ed., property P4.3.
-        """
-        table, _ = self.table
-        ends = self(self.breaks)
-        first = np.searchsorted(self.knots, table[:, LOW], side="right") - 1 - self.degree
-        hull = self.control_points[np.maximum(first, 0)[:, None] + np.arange(self.degree + 1)]
-        beyond = (hull.max(axis=1) > ends.max(axis=0)) | (hull.min(axis=1) < ends.min(axis=0))
-        points = np.concatenate([ends, self(self._turns(np.flatnonzero(beyond.any(axis=1))))])
+        """Least and greatest coordinates (axes,), mm."""
+        points = self(self.extremes())
         return points.min(axis=0), points.max(axis=0)
 
     def curvature(self, u: ArrayLike) -> Array:

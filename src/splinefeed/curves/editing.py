@@ -49,7 +49,7 @@ def _refined(curve: Spline, new_knots: Array) -> tuple[Array, Array | None]:
     p, (start, end) = curve.degree, curve.domain
     more = (end - start) * np.arange(1.0, p + 2.0)
     knots = np.concatenate([curve.knots[0] - more[::-1], curve.knots, curve.knots[-1] + more])
-    out = _finer(knots, np.pad(points, ((p + 1, p + 1), (0, 0))), p, new_knots)
+    out = _over(knots, np.pad(points, ((p + 1, p + 1), (0, 0))), p, new_knots)
     return _from_homogeneous(curve, p, new_knots, out, origin)
 
 
@@ -240,7 +240,7 @@ def elevated(curve: Curve, times: int = 1) -> Curve:
     knots, degree = whole.knots, whole.degree
     for _ in range(times):
         new_knots = np.sort(np.concatenate([knots, np.unique(knots)]))
-        points = _higher(knots, points, degree, new_knots)
+        points = _over(knots, points, degree, new_knots, higher=True)
         knots, degree = new_knots, degree + 1
     return type(curve)(degree, knots, *_from_homogeneous(whole, degree, knots, points, origin))
 
@@ -390,8 +390,8 @@ def blossom(knots: Array, points: Array, degree: int, span: IntArray, arguments:
     return out
 
 
-def _finer(knots: Array, points: Array, degree: int, new_knots: Array) -> Array:
-    """Compute control points of the same spline over a finer knot vector: Q_i = F(tau_{i+1}, ..., tau_{i+p}).
+def _over(knots: Array, points: Array, degree: int, new_knots: Array, *, higher: bool = False) -> Array:
+    """Compute control points of the same spline over other knots, and of one degree more if `higher`.
 
     Parameters
     ----------
@@ -402,36 +402,32 @@ def _finer(knots: Array, points: Array, degree: int, new_knots: Array) -> Array:
     degree : int
         p.
     new_knots : (m,) array
-        Inside the domain they contain `knots`; before the first and behind the last of them there are p more `knots`.
+        Inside the domain they contain `knots`, if `higher` each once more; before the first and behind the last of them
+        there are p more `knots`.
+    higher : bool, optional
+        See above.
 
     Returns
     -------
-    (m - p - 1, columns) array
+    (m - p - 1 - higher, columns) array
         On the span of tau_i, with the last argument first, all that counts is a mean with positive weights, so that no
         digits are lost.
 
+    Notes
+    -----
+    Q_i = F(tau_{i+1}, ..., tau_{i+p}), Cohen, Lyche, Riesenfeld [1]_; of one degree more
+
+        Q_i = 1/(p+1) sum_j F(tau_{i+1}, ..., without tau_{i+j}, ..., tau_{i+p+1}),
+
+    as the symmetric multi-affine form of degree p + 1 that agrees with F on the diagonal is unique: Ramshaw 1989, see
+    `blossom`.
+
     References
     ----------
-    .. [1] Cohen, Lyche, Riesenfeld, "Discrete B-splines and subdivision techniques", CGIP 14(2), 1980, doi
-       10.1016/0146-664X(80)90040-4.
+    .. [1] "Discrete B-splines and subdivision techniques", CGIP 14(2), 1980, doi 10.1016/0146-664X(80)90040-4.
     """
-    first = np.arange(len(new_knots) - degree - 1)
+    first = np.arange(len(new_knots) - degree - 1 - higher)
     span = np.searchsorted(knots, new_knots[first], side="right") - 1
-    return blossom(knots, points, degree, span, new_knots[first + np.arange(degree, 0, -1)[:, None]])
-
-
-def _higher(knots: Array, points: Array, degree: int, new_knots: Array) -> Array:
-    """Control points of the same spline at one degree more; new_knots is `knots` with one more of each distinct knot.
-
-    Q_i = 1/(p+1) sum_j F(tau_{i+1}, ..., without tau_{i+j}, ..., tau_{i+p+1})
-
-    The symmetric multi-affine form of degree p + 1 that agrees with F on the diagonal is unique: Ramshaw 1989, see
-    `blossom`. Span and order of the arguments as in `refined`.
-    """
-    first = np.arange(len(new_knots) - degree - 2)
-    span = np.searchsorted(knots, new_knots[first], side="right") - 1
-    arguments = new_knots[first + np.arange(degree + 1, 0, -1)[:, None]]
-    out = np.zeros((len(first), points.shape[1]))
-    for j in range(degree, -1, -1):
-        out += blossom(knots, points, degree, span, np.delete(arguments, j, axis=0)) / (degree + 1)
-    return out
+    arguments = new_knots[first + np.arange(degree + higher, 0, -1)[:, None]]
+    without = [np.delete(arguments, j, axis=0) for j in range(degree, -1, -1)] if higher else [arguments]
+    return np.asarray(sum(blossom(knots, points, degree, span, each) for each in without) / len(without))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from splinefeed.curves.pieces import Pieces, arc, coefficients, taylor
-from splinefeed.curves.search import Search, on_rows
+from splinefeed.curves.search import Search
 from splinefeed.errors import InputError
 from splinefeed.kernels import layout
 from splinefeed.records import Array, IntArray, check_finite
@@ -89,9 +89,11 @@ class Nearest:
             raise InputError(f"points: a coordinate is beyond {FARTHEST:g} mm; distances to it would be rounding")
         shape = queries.shape[:-1]
         found = self.search.whole(np.ascontiguousarray(queries.reshape(int(np.prod(shape)), linear).T))
-        _, at_low, at_high = on_rows(self.rows, found)
-        rows, row = self.rows, found.row
-        low, high = rows.low[row], rows.high[row]
-        u = np.clip(rows.middle[row] + found.t / rows.scale[row], low, high)
-        u = np.where(at_low, low, np.where(at_high, high, u))  # an end is met exactly
+        row = found.row
+        low, high, middle, scale = (
+            each[row] for each in (self.rows.low, self.rows.high, self.rows.middle, self.rows.scale)
+        )
+        u = np.clip(middle + found.t / scale, low, high)
+        u = np.where(found.t <= (low - middle) * scale, low, u)  # an end is met exactly
+        u = np.where(found.t >= (high - middle) * scale, high, u)
         return row.reshape(shape), u.reshape(shape), np.sqrt(found.square).reshape(shape)

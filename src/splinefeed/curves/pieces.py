@@ -20,13 +20,10 @@ from splinefeed.records.arrays import chunks, dot
 
 #: From so many places a row on, those in order are gathered as runs.
 LONG = 64
-#: Newton steps of an inversion before a bracket is kept, and from there on.
-FREE_STEPS = 6
-MAX_STEPS = 84
+#: Newton steps of an inversion before it is left to bisections, and how many these are.
+FREE_STEPS, BISECTIONS = 6, 54
 #: A Newton step in t, which runs over [-1, 1], after which S is off by its square times S'' / 2: rounding of the piece.
 SMALL_STEP = 1e-8
-#: A step longer than this share of the one before gives way to a bisection.
-SHRINKING = 0.75
 
 
 def columns(table: Array, row: IntArray) -> Array:
@@ -45,14 +42,11 @@ def columns(table: Array, row: IntArray) -> Array:
         Or (width, 1) if all are one.
     """
     first, last = int(row.min()), int(row.max()) + 1
-    if last - first > 2 * len(row):
-        return np.ascontiguousarray(table[row].T)
-    near = np.ascontiguousarray(table[first:last].T)
     if last - first == 1:
-        return near
+        return np.ascontiguousarray(table[first:last].T)
     if LONG * (last - first) < len(row) and not np.any(row[1:] < row[:-1]):  # long runs: faster than one by one
-        return near.repeat(np.bincount(row - first), axis=1)
-    return near.take(row - first, axis=1, mode="clip")  # all inside: no check
+        return np.ascontiguousarray(table[first:last].T).repeat(np.bincount(row - first), axis=1)
+    return np.ascontiguousarray(table[row].T)
 
 
 def coefficients(c: Array, shape: Shape) -> Array:
@@ -239,9 +233,8 @@ def t_behind(a: Array, length: Array, ahead: Array) -> Array:
 def inverted(a: Array, wanted: Array, t: Array) -> Array:
     """t (n,) in [-1, 1] with sum_k a_k t^k = wanted (n,), by Newton's method from t; a (terms, n) or (terms, 1).
 
-    t <- t - (S(t) - wanted) / S'(t). What has not converged after FREE_STEPS, as where S' nearly vanishes, is kept
-    inside a bracket from there on, halved where a step does not shrink. A place that has converged is not changed
-    again.
+    t <- t - (S(t) - wanted) / S'(t). What has not converged after FREE_STEPS, as where S' nearly vanishes, is found by
+    bisection. A place that has converged is not changed again.
     """
     out, at = t, None  # numbers of those that have not settled, once some have
     for _ in range(FREE_STEPS):
@@ -261,30 +254,15 @@ def inverted(a: Array, wanted: Array, t: Array) -> Array:
             go = ~settled
             at, wanted, t = np.flatnonzero(go) if at is None else at[go], wanted[go], t[go]
             a = a if a.shape[1] == 1 else a[:, go]
-    t = _bracketed(a, wanted, t)
+    low, high = np.full_like(t, -1.0), np.ones_like(t)
+    for _ in range(BISECTIONS):
+        t = 0.5 * (low + high)
+        below = _rest_and_slope(a, wanted, t)[0] < 0.0
+        low, high = np.where(below, t, low), np.where(below, high, t)
     if at is None:
-        return t
-    out[at] = t
+        return high
+    out[at] = high
     return out
-
-
-def _bracketed(a: Array, wanted: Array, t: Array) -> Array:
-    """As `inverted`, each step inside a bracket, or half-way where it does not shrink."""
-    t = np.where(np.isfinite(t), t, 0.0)
-    low, high, longest, going = np.full_like(t, -1.0), np.ones_like(t), np.full_like(t, np.inf), np.full(len(t), True)
-    for _ in range(MAX_STEPS):
-        rest, slope = _rest_and_slope(a, wanted, t)
-        high, low = np.where(rest > 0.0, t, high), np.where(rest < 0.0, t, low)
-        step = rest / slope
-        after = t - step
-        good = (slope > 0.0) & (after >= low) & (after <= high) & (np.abs(step) <= SHRINKING * longest)
-        after = np.where(rest == 0.0, t, np.where(good, after, 0.5 * (low + high)))
-        longest = np.where(good, np.abs(step), high - low)
-        t = np.where(going, after, t)
-        going &= (rest != 0.0) & ~(longest < SMALL_STEP)
-        if not going.any():
-            break
-    return t
 
 
 def _rest_and_slope(a: Array, wanted: Array, t: Array) -> tuple[Array, Array]:
@@ -302,30 +280,6 @@ def _rest_and_slope(a: Array, wanted: Array, t: Array) -> tuple[Array, Array]:
         value += a[k]
     value -= wanted
     return value, slope
-
-
-def last_below(values: Array, first: IntArray, last: IntArray, wanted: Array) -> IntArray:
-    """Find the last of increasing values that is not above a wanted one: by bisection.
-
-    Parameters
-    ----------
-    values : (m,) array
-        Increasing.
-    first, last : (n,) array of int
-        Indices between which to look.
-    wanted : (n,) array
-        The values.
-
-    Returns
-    -------
-    (n,) array of int
-        Indices; `first` where none is.
-    """
-    while np.any(first < last):
-        middle = (first + last + 1) >> 1
-        below = values[middle] <= wanted
-        first, last = np.where(below, middle, first), np.where(below, last, middle - 1)
-    return first
 
 
 def clipped(
@@ -419,11 +373,6 @@ class Pieces:
         return float(self.curve_starts[-1])
 
     @cached_property
-    def lows(self) -> Array:
-        """Parameter at which each piece starts, (pieces,)."""
-        return np.ascontiguousarray(self.table[:, LOW])
-
-    @cached_property
     def starts(self) -> Array:
         """Arc length at which each piece starts, mm, (pieces,)."""
         return np.ascontiguousarray(self.table[:, START])
@@ -437,20 +386,16 @@ class Pieces:
             out[part] = (c[START] + arc(c, (c[HIGH] - c[MIDDLE]) * c[SCALE])) - c[START]
         return out
 
-    def row_at(self, curve: IntArray | None, u: Array, left: bool) -> IntArray:
-        """Row (n,) that holds u (n,) of the curves `curve` (n,), or of the only one; at a break the right or left one.
+    @cached_property
+    def _keys(self) -> Array:
+        """Number of the curve and first parameter of each piece as one complex number, (pieces,): they sort so."""
+        return np.repeat(np.arange(len(self.rows)), self.rows[:, 1] - self.rows[:, 0] + 1) + 1j * self.table[:, LOW]
 
-        By bisection of all at once.
-        """
-        if curve is None or (len(curve) and curve[0] == curve[-1] and not np.any(curve != curve[0])):
-            first, last = self.rows[0 if curve is None else curve[0]].tolist()
-            row = np.searchsorted(self.lows[first : last + 1], u, side="right")
-            row += first - 1
-            np.maximum(row, first, out=row)
-            return row - ((u == self.lows[row]) & (row > first)) if left else row
-        firsts = self.rows[curve, 0]
-        row = last_below(self.lows, firsts, self.rows[curve, 1], u)
-        return row - ((u == self.lows[row]) & (row > firsts)) if left else row
+    def row_at(self, curve: IntArray | None, u: Array, left: bool) -> IntArray:
+        """Row (n,) that holds u (n,) of curves `curve` (n,), or of the only one; at a break the right or left one."""
+        index = 0 if curve is None else curve
+        row = np.searchsorted(self._keys, index + 1j * u, side="left" if left else "right") - 1
+        return np.asarray(np.maximum(row, self.rows[index, 0]))
 
     def _columns_at(self, curve: IntArray | None, u: Array, left: bool) -> Iterator[tuple[slice, Array]]:
         """The columns of the rows that hold u (n,), chunk by chunk."""

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from splinefeed.errors import InputError
-from splinefeed.records import Array, BoolArray, IntArray
+from splinefeed.records import Array, IntArray
 from splinefeed.records.arrays import chunks, dot, taken
 
 if TYPE_CHECKING:
@@ -337,17 +337,8 @@ class Search:
         nearest = tree.query(q.T)[1]
         own, t = nearest // CELL_SAMPLES, samples[nearest]
         row = cells.row[own]
-        gathered = self._gathered(row, q)
-        known = self._squared(*gathered, t)
-        found = Found(row, t, known[0])
-        # where the distance is convex over the whole cell its minimum is found at once, and is near the path's
-        h = np.maximum(cells.high[own] - t, t - cells.low[own]) * cells.speed[own]
-        with np.errstate(invalid="ignore"):
-            sure = np.flatnonzero((np.sqrt(found.square) + h) * cells.bend[own] < 1.0)
-        ends = cells.low[own], cells.high[own]
-        found.put(sure, self._descend(*taken(sure, row, *gathered, *ends, t), known=taken(sure, *known)))
-        done = np.full(len(row), -1)
-        done[sure] = own[sure]
+        # near the nearest sample is what most other cells are further than: a minimum, and often the only one
+        found = self._descend(row, *self._gathered(row, q), cells.low[own], cells.high[own], t)
         for owner, cell in self._candidates(q, found):
             left[0] -= len(owner)
             if left[0] < 0:
@@ -355,7 +346,6 @@ class Search:
                     f"more than {MOST_COMPARED} parts of the path are about as near to points as the nearest: it "
                     "passes the same places again and again; split it"
                 )
-            owner, cell = taken(done[owner] != cell, owner, cell)
             self._refine(q, owner, cell, cells.low[cell], cells.high[cell], found)
         return found
 
@@ -510,7 +500,6 @@ class Search:
         """
         found = Found(row, t.copy(), np.full(len(t), np.inf))
         index, left, right, longest = np.arange(len(t)), low, high, high - low
-        left_seen, right_seen = np.zeros(len(t), dtype=bool), np.zeros(len(t), dtype=bool)
         for _ in range(MAX_STEPS):
             if not len(index):
                 break
@@ -519,23 +508,19 @@ class Search:
             rises, falls = slope > 0.0, slope < 0.0
             at_end = (rises & (t <= left)) | (falls & (t >= right)) | (slope == 0.0)
             right, left = np.where(rises, t, right), np.where(falls, t, left)
-            right_seen, left_seen = right_seen | rises, left_seen | falls
             with np.errstate(divide="ignore", invalid="ignore"):
                 newton = np.where(bend > 0.0, t - slope / bend, np.where(rises, -np.inf, np.inf))
                 lowest = np.maximum(square - slope * slope / bend, 0.0)
-            after = np.minimum(np.maximum(newton, low), high)
+            after = np.minimum(np.maximum(newton, left), right)
             last = ~at_end & (after == newton) & (np.abs(after - t) < SMALL_STEP)
             at, least = np.where(last, after, t), np.where(last, np.minimum(lowest, square), square)
             found.t[index], found.square[index] = at, least
-            wide = ((after <= left) & left_seen) | ((after >= right) & right_seen) | (np.abs(after - t) > longest)
-            after = np.where(wide, 0.5 * (left + right), after)
+            after = np.where(np.abs(after - t) > longest, 0.5 * (left + right), after)
             going = ~at_end & ~last & (after != t)
             longest, t = 0.5 * np.abs(after - t), after
             if not going.all():
                 some = np.flatnonzero(going)
-                index, left, right, low, high, longest, left_seen, right_seen, t, terms, away = taken(
-                    some, index, left, right, low, high, longest, left_seen, right_seen, t, terms, away
-                )
+                index, left, right, longest, t, terms, away = taken(some, index, left, right, longest, t, terms, away)
         return found
 
 
@@ -558,11 +543,3 @@ def in_parts(count: int, find: Callable[[slice], Found]) -> Found:
     for part in chunks(count, MOST):
         out.put(part, find(part))
     return out
-
-
-def on_rows(rows: Rows, found: Found) -> tuple[Array, BoolArray, BoolArray]:
-    """t (n,) of what was found, exactly -1 or 1 at the ends of its row, and whether it is at the start, or the end."""
-    row = found.row
-    at_low = found.t <= (rows.low[row] - rows.middle[row]) * rows.scale[row]
-    at_high = found.t >= (rows.high[row] - rows.middle[row]) * rows.scale[row]
-    return np.where(at_low, -1.0, np.where(at_high, 1.0, found.t)), at_low, at_high

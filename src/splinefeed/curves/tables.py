@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +18,7 @@ from splinefeed.records import Array, BoolArray, IntArray
 from splinefeed.records.arrays import chunks, read_only
 
 #: Pieces made in one go: what is made of them stays in a core's cache.
-BLOCK = 2048
+BLOCK = 4096
 #: A piece may give back the roundings of its control points this often ...
 MOST_ROUNDINGS = 128.0
 #: ... unless it covers no more than this share of its knot span: weights that differ by many decades.
@@ -263,25 +264,20 @@ def halved(spans: Spans, shape: Shape, holds: Callable[[Spans, Array], BoolArray
     CurveError
         For a curve that would need more of them than MAX_ROWS.
     """
-    kept = np.zeros(len(spans.flat), dtype=np.int64)
-    for depth in range(MAX_DEPTH + 1):
-        counts = kept + np.bincount(spans.curve, minlength=len(kept))
-        if counts.max() > MAX_ROWS:
-            raise CurveError(f"curve {int(counts.argmax())} would need more than {MAX_ROWS} pieces; simplify it")
-        bad = np.ones(len(spans), dtype=bool)
-        for some in chunks(len(spans), BLOCK):
-            part = spans.chosen(some)
+    for some in chunks(len(spans), BLOCK):
+        part, made = spans.chosen(some), 0
+        for depth in range(MAX_DEPTH + 1):
+            if made + len(part) > MAX_ROWS:
+                worst = int(np.bincount(part.curve).argmax())
+                raise CurveError(f"curve {worst} would need more than {MAX_ROWS} pieces; simplify it")
             c = part.columns(shape)
-            done = holds(part, c) | (part.low >= c[MIDDLE]) | (part.high <= c[MIDDLE]) | (depth == MAX_DEPTH)
-            bad[some] = ~done
-            if done.all():
+            good = holds(part, c) | (part.low >= c[MIDDLE]) | (part.high <= c[MIDDLE]) | (depth == MAX_DEPTH)
+            if good.all():
                 yield part.curve, c
-            elif done.any():
-                yield part.curve[done], c[:, done]
-        if not bad.any():
-            return
-        kept += np.bincount(spans.curve[~bad], minlength=len(kept))
-        spans = spans.chosen(bad).halves()
+                break
+            yield part.curve[good], c[:, good]
+            made += int(np.count_nonzero(good))
+            part = part.chosen(~good).halves()
 
 
 def compensated_sums(steps: Array) -> Array:
@@ -312,14 +308,18 @@ def compensated_sums(steps: Array) -> Array:
 
 def _table(flat: Flat, shape: Shape, holds: Callable[[Spans, Array], BoolArray]) -> tuple[Array, IntArray]:
     """Pieces that hold, of all curves in order, (pieces, width), and first and last row of each curve (n, 2)."""
-    made = [each for spans in Spans.of(flat) for each in halved(spans, shape, holds)]
-    curve, low = (np.concatenate(each) for each in zip(*((curve, c[LOW]) for curve, c in made), strict=True))
-    place = np.argsort(np.lexsort((low, curve)))
-    table, last = np.empty((len(place), width(shape))), len(place)
-    while made:  # from the last to the first, each then let go: of a million lines a second copy would be felt
-        _, c = made.pop()
-        table[place[last - c.shape[1] : last]] = c.T
-        last -= c.shape[1]
+    groups = Spans.of(flat)
+    table, curves, last = np.empty((sum(map(len, groups)), width(shape))), [], 0
+    for curve, c in itertools.chain.from_iterable(halved(spans, shape, holds) for spans in groups):
+        first, last = last, last + len(curve)
+        if last > len(table):
+            table = np.concatenate([table, np.empty((last, width(shape)))])
+        table[first:last] = c.T
+        curves.append(curve)
+    curve = np.concatenate(curves)
+    order = np.lexsort((table[:last, LOW], curve))
+    # of a million lines, in order as they are, a second copy would be felt
+    table = table[:last] if np.all(order[1:] > order[:-1]) else table[order]
     counts = np.bincount(curve, minlength=len(flat))
     return table, read_only(np.cumsum(counts)[:, None] - np.column_stack([counts, np.ones_like(counts)]))
 

@@ -23,7 +23,7 @@ import numpy as np
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.differential import product, slope_of, slopes, zeros_on
 from splinefeed.curves.packed import Flat, Packed
-from splinefeed.curves.pieces import coefficients, columns, last_below, taylor
+from splinefeed.curves.pieces import coefficients, columns, taylor
 from splinefeed.curves.spline import least_step
 from splinefeed.curves.tables import Spans, span_pieces
 from splinefeed.records import Array, BoolArray, IntArray
@@ -283,11 +283,11 @@ class Seen:
         """The knot of curves (n,) at u (n,) or next behind it, (n,), or the limit (n,) if that comes before."""
         owner, knots, _ = self.flat.inner_knots()
         first, last = np.searchsorted(owner, curve), np.searchsorted(owner, curve, side="right")
-        knots = np.append(knots, np.nan)
+        keys, wanted, knots = owner + 1j * knots, curve + 1j * u, np.append(knots, np.nan)
         if left:
-            k = last_below(knots, first - 1, last - 1, u)
+            k = np.searchsorted(keys, wanted, side="right") - 1
             return np.where(k >= first, np.fmax(knots[k], limit), limit)
-        k = last_below(knots, first - 1, last - 1, np.nextafter(u, -np.inf)) + 1
+        k = np.searchsorted(keys, wanted)
         return np.where(k < last, np.fmin(knots[k], limit), limit)
 
 
