@@ -343,13 +343,10 @@ def _best(dual: Dual, q: Array, x: Array, gap: float) -> Array:
 
 def _pairs(number: IntArray) -> tuple[IntArray, IntArray, IntArray]:
     """Places (p,), row by row, and numbers (2, p) of pairs of numbers in each row of (m, k), increasing; -1 is none."""
-    row, column = np.nonzero(number >= 0)
-    behind = np.cumsum(np.bincount(row, minlength=len(number)))[row]
-    sizes = behind - np.arange(len(row))  # with itself and those behind it in its row
-    one = np.repeat(np.arange(len(row)), sizes)
-    other = one + np.arange(len(one)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-    place, given = row * number.shape[1] + column, number[row, column]
-    return place[one], place[other], np.stack([given[one], given[other]])
+    one, other = np.triu_indices(number.shape[1])
+    row, pair = np.nonzero((number >= 0)[:, one] & (number >= 0)[:, other])
+    place, columns = row * number.shape[1], np.stack([one[pair], other[pair]])
+    return place + columns[0], place + columns[1], number[row, columns]
 
 
 def _longest(*shares: Array) -> float:

@@ -19,7 +19,6 @@ from splinefeed.paths.path import Path
 from splinefeed.paths.track import GOES, Track
 from splinefeed.planner.seven_phase import STRATEGY as SEVEN_PHASE
 from splinefeed.planner.seven_phase import plan_seven_phase
-from splinefeed.planner.shared import with_dwells
 from splinefeed.planner.strategies import LOOK_AHEAD, TIME_OPTIMAL, plan_in_mode
 from splinefeed.planner.timed import in_time
 from splinefeed.records import (
@@ -237,15 +236,12 @@ def _plan(
     if back and (start is None or limits.start_feed > 0.0):
         raise LimitsError("back: leads from rest at the start of the path to a start on it; give start, no start_feed")
     notes, unit = axes_without_limits(limits, path.axes, *path.reach), _unit(path)
-    given: dict[str, Any] = {} if start is None else {"start": start, "back": back}
-    if bound and strategy == TIME_OPTIMAL:
-        given["bound"] = True
     if curves.times is not None:
         law = _in_time(path, curves, limits, strategy, period, start)
     else:
+        given: dict[str, Any] = {} if start is None else {"start": start, "back": back}
+        given |= {"bound": True} if bound and strategy == TIME_OPTIMAL else {}
         law = STRATEGIES[strategy].make(path, limits, period, **given)
-    if strategy == SEVEN_PHASE:
-        law = with_dwells(law, curves.dwells, path.length)
     begins = {} if start is None or (back and start.s > 0.0) else start.settings
     return dataclasses.replace(
         law,

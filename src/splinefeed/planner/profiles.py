@@ -9,7 +9,7 @@ Lengths in mm, times in s; arrays (n,) hold one number a stretch, and `Numbers` 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -173,34 +173,24 @@ def _with_peak(profile: Profile, excess: Array) -> Profile:
 def pieces(profile: Profile, begin: Array, end: Array) -> Array:
     """The phases of each profile from `begin` to `end` (n,), mm, as cubic pieces (n, 7, 6) of s in t (eq. 7-9).
 
-    s(t) = l + f t + a t^2/2 + j t^3/6 in local time. Phases 1-3 are laid from the start and 5-7 from the end, so
+    s(t) = l + f t + a t^2/2 + j t^3/6 in local time. Phases 1-4 are laid from the start and 5-7 from the end, so
     rounding meets in the middle.
     """
-    t1, t2, _, _, _, t6, t7 = profile.durations
-    start, peak, stop = profile.start_feed, profile.peak_feed, profile.end_feed
-    a, d = profile.acceleration, profile.deceleration
-    j, jd = (
-        np.where(t1 > 0.0, profile.jerk, 0.0),
-        np.where(t7 > 0.0, profile.deceleration_jerk, 0.0),
-    )  # no limit, no phase
-    f1, f2, l1, l2, l3 = _from_end(start, peak, a, j, t1, t2)
-    f6, f5, l6, l5, l4 = _from_end(stop, peak, d, jd, t7, t6)
-    places: tuple[Any, ...] = (begin, begin + l1, begin + l2, begin + l3, end - l4, end - l5, end - l6)
-    accelerations = (0.0, 0.5 * a, 0.5 * a, 0.0, 0.0, -0.5 * d, -0.5 * d)  # eq. (7), halved
-    jerks = (j / 6.0, 0.0, -j / 6.0, 0.0, -jd / 6.0, 0.0, jd / 6.0)
-    coefficients = np.zeros((len(t1), PHASES, LAW_COEFFICIENTS))
-    for order, values in enumerate((places, (start, f1, f2, peak, peak, f5, f6), accelerations, jerks)):
-        for phase, value in enumerate(values):
-            coefficients[:, phase, order] = value
-    return coefficients
-
-
-def _from_end(feed: Array, peak: Array, a: Array, j: Array, edge: Array, middle: Array) -> tuple[Array, ...]:
-    """Feeds after the first two phases of a ramp from `feed` to `peak`, or before the last two, and ways from there."""
-    f1 = feed + 0.5 * a * edge  # eq. (8), (14)
-    l1 = (feed + j * edge * edge / 6.0) * edge  # eq. (9)
-    l2 = l1 + (f1 + 0.5 * a * middle) * middle
-    return f1, f1 + a * middle, l1, l2, 0.5 * (feed + peak) * (2.0 * edge + middle)
+    times, found = profile.durations, np.zeros((len(begin), PHASES, LAW_COEFFICIENTS))
+    up, down = np.where(times[[0, -1]] > 0.0, [profile.jerk, profile.deceleration_jerk], 0.0)  # no limit, no phase
+    none, most, least = np.zeros(len(begin)), profile.acceleration, -profile.deceleration
+    s, v = begin, profile.start_feed
+    for phase, a, j in ((0, none, up), (1, most, none), (2, most, -up), (3, none, none)):
+        t = times[phase]
+        found[:, phase, :4] = np.stack([s, v, 0.5 * a, j / 6.0], axis=1)
+        s, v = s + (v + (0.5 * a + j * t / 6.0) * t) * t, v + (a + 0.5 * j * t) * t
+    s, v = end, profile.end_feed
+    for phase, a, j in ((6, least, down), (5, least, none), (4, none, -down)):
+        t = times[phase]
+        v = v - (a + 0.5 * j * t) * t
+        s = s - (v + (0.5 * a + j * t / 6.0) * t) * t
+        found[:, phase, :4] = np.stack([s, v, 0.5 * a, j / 6.0], axis=1)
+    return found
 
 
 def lay_out(profile: Profile, marks: Array, period: float | None) -> tuple[Array, Array]:

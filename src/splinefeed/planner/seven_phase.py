@@ -13,6 +13,7 @@ from splinefeed.paths.path import Path
 from splinefeed.planner import profiles
 from splinefeed.planner.constants import ALMOST, SAME
 from splinefeed.planner.profiles import ROUNDING
+from splinefeed.planner.shared import with_dwells
 from splinefeed.records import Array, Limits, TimeLaw
 
 STRATEGY = "seven-phase"
@@ -81,7 +82,8 @@ def plan_seven_phase(path: Path, limits: Limits, period: float | None) -> TimeLa
     if period is not None and late > ALMOST * period:
         reason = "its end feeds leave no top feed to lower"
         notes.append(f"the last period is short, {late:.6g} s of {period:g} s: {reason}")
-    return TimeLaw(breaks=breaks, coefficients=coefficients, strategy=STRATEGY, period=period, notes=tuple(notes))
+    law = TimeLaw(breaks=breaks, coefficients=coefficients, strategy=STRATEGY, period=period, notes=tuple(notes))
+    return with_dwells(law, path.dwells, path.length)
 
 
 def _on_a_tick(length: Array, feed: float, limits: Sequence[float], period: float) -> float:
