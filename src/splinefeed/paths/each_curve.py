@@ -100,14 +100,19 @@ def checked_axes(axes: Sequence[str], count: int) -> int:
     return count - sum(rotary)
 
 
+def floats(given: ArrayLike) -> Array:
+    """A copy of what is given as numbers, of any shape; an empty array where it is no such thing."""
+    try:
+        return np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        return np.zeros(0)
+
+
 def of_times(given: ArrayLike | None, count: int) -> Array | None:
     """Wanted times (count,), read-only, NaN where there is none; InputError unless they grow from above 0."""
     if given is None:
         return None
-    try:
-        values = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        values = np.zeros(0)
+    values = floats(given)
     if values.shape != (count,):
         raise InputError(f"times have shape {values.shape}; expected one number for each of {count} curve(s)")
     known = values[~np.isnan(values)]

@@ -6,7 +6,7 @@ import numpy as np
 
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.editing import greville
-from splinefeed.curves.packed import Packed
+from splinefeed.curves.packed import Flat, Packed
 from splinefeed.records import Array, BoolArray
 
 #: A gap below this many roundings of the largest coordinate counts as 0.
@@ -63,13 +63,10 @@ def closed(curves: Packed, linear: int, outer: Array) -> Packed:
     """
     flat, ends = curves.flat, curves.ends
     gap = ends[1:, 0] - ends[:-1, 1]
-    wide = open_joints(ends)
+    wide = open_joints(ends)[:, None]
     # parts of the gap that the end of the one before it and the start of the one behind it go
-    before, behind = np.zeros(gap.shape, dtype=bool), np.zeros(gap.shape, dtype=bool)
-    for columns, by in ((slice(linear), slice(linear)), (slice(linear, None), slice(None))):
-        size, width = flat.sizes(by), np.linalg.norm(gap[:, columns], axis=1)
-        before[:, columns] = (wide & (size[:-1] > SHORTEST * width))[:, None]
-        behind[:, columns] = (wide & (size[1:] > SHORTEST * width))[:, None]
+    before = wide & _longer(flat, np.pad(gap, ((0, 1), (0, 0))), linear)[:-1]
+    behind = wide & _longer(flat, np.pad(gap, ((1, 0), (0, 0))), linear)[1:]
     joint = np.where(before & behind, 0.5 * (ends[:-1, 1] + ends[1:, 0]), np.where(before, ends[1:, 0], ends[:-1, 1]))
     wanted = ends.copy()
     wanted[0, 0], wanted[-1, 1] = outer
@@ -82,11 +79,17 @@ def closed(curves: Packed, linear: int, outer: Array) -> Packed:
 def begun_at(curves: Packed, point: Array, linear: int) -> Packed:
     """The curves with the start of the first one moved to a point (axes,) next to it, unless it must stay: `closed`."""
     outer = curves.ends[[0, -1], [0, 1]]
-    first = curves.flat.part(0, 1)
-    for columns, by in ((slice(linear), slice(linear)), (slice(linear, None), slice(None))):
-        if first.sizes(by)[0] > SHORTEST * np.linalg.norm(outer[0, columns] - point[columns]):
-            outer[0, columns] = point[columns]
+    moves = _longer(curves.flat.part(0, 1), outer[:1] - point, linear)[0]
+    outer[0, moves] = point[moves]
     return closed(curves, linear, outer)
+
+
+def _longer(flat: Flat, gap: Array, linear: int) -> BoolArray:
+    """Whether curves are so much longer than gaps (n, axes) that their ends may go along them, axis by axis."""
+    out = np.empty(gap.shape, dtype=bool)
+    for columns, by in ((slice(linear), slice(linear)), (slice(linear, None), slice(None))):
+        out[:, columns] = (flat.sizes(by) > SHORTEST * np.linalg.norm(gap[:, columns], axis=1))[:, None]
+    return out
 
 
 def moved_ends(curve: NurbsCurve, ends: Array) -> NurbsCurve:

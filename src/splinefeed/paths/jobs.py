@@ -166,13 +166,8 @@ def job(
     if linking.feed is not None and not linking.feed > 0.0:
         raise InputError(f"feed is {linking.feed:g} mm/s; it must be greater than 0")
     begin = None if first is None else _number(paths, first)
-    if keep_order:
-        order = [*range(len(paths))]
-        if begin is not None:
-            order = [begin, *(i for i in order if i != begin)]
-        runs = [(i, paths[i]) for i in order]
-    else:
-        runs = _ordered(paths, begin)
+    kept = sorted(enumerate(paths), key=lambda each: each[0] != begin)
+    runs = kept if keep_order else _ordered(paths, begin)
     return _linked(runs, paths, linking, paths[0].name if name is None else name)
 
 

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Iterable, Sequence
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +21,7 @@ from splinefeed.paths.each_curve import (
     checked_axes,
     chosen_of_each,
     default_axes,
+    floats,
     of_curves,
     of_lines,
     of_times,
@@ -318,7 +319,7 @@ class Path(JoinedCurves):
     def breaks(self) -> Array:
         """Knots, joints and corners, sharp bends, and where the tip is slowest, (k,), mm."""
         owner, knots, _ = self.flat.inner_knots()
-        places = [self.arc_length(owner, knots), self.curve_starts[1:-1], self.corners.s, self.sharp_bends[0]]
+        places = [self.arc_length(owner, knots), self.curve_starts[1:-1], self.corners.s, sharp_bends(self)]
         s = np.unique(np.concatenate([*places, self.slow_tips]))
         inside = s[(s > SAME * self.length) & (s < (1.0 - SAME) * self.length)]
         return inside[np.diff(inside, prepend=0.0) > SAME * self.length]
@@ -335,11 +336,6 @@ class Path(JoinedCurves):
         The tangent is that of all axes by the metric: between a move of rotary axes alone and another one it turns.
         """
         return find_corners(self)
-
-    @cached_property
-    def sharp_bends(self) -> tuple[Array, Array]:
-        """Arc lengths (k,) of sharp bends, mm, in order, and their curvature, 1/mm."""
-        return sharp_bends(self)
 
     @cached_property
     def stops(self) -> tuple[float, ...]:
@@ -422,8 +418,8 @@ class Path(JoinedCurves):
         if self._tied:
             raise InputError(f"{self.name}: a path with a tool axis cannot be {what}; do that to its curves and axis")
 
-    def with_findings(self, *findings: str) -> Path:
-        """Replace the findings.
+    def with_findings(self, *findings: str) -> Self:
+        """Replace the findings; what was computed of the path is kept.
 
         Parameters
         ----------
@@ -435,9 +431,9 @@ class Path(JoinedCurves):
         Path
             Otherwise the same path.
         """
-        return Path(self.curves, self.axes, **{**self._said(), "findings": findings})
+        return self._with(findings=findings)
 
-    def named(self, name: str) -> Path:
+    def named(self, name: str) -> Self:
         """Replace the name; what was computed of the path is kept.
 
         Parameters
@@ -452,7 +448,7 @@ class Path(JoinedCurves):
         """
         return self._with(name=name)
 
-    def with_feeds(self, feeds: ArrayLike | None) -> Path:
+    def with_feeds(self, feeds: ArrayLike | None) -> Self:
         """Replace the feeds; what was computed of the path is kept.
 
         Parameters
@@ -472,7 +468,7 @@ class Path(JoinedCurves):
         """
         return self._with(feeds=of_curves(feeds, len(self._joined), "feeds", "greater than 0", lambda f: f > 0.0))
 
-    def with_lines(self, lines: ArrayLike | None) -> Path:
+    def with_lines(self, lines: ArrayLike | None) -> Self:
         """Replace the lines of a program; what was computed of the path is kept.
 
         Parameters
@@ -492,8 +488,8 @@ class Path(JoinedCurves):
         """
         return self._with(lines=of_lines(lines, len(self._joined)))
 
-    def _with(self, **said: Any) -> Path:
-        new: Path = object.__new__(type(self))
+    def _with(self, **said: Any) -> Self:
+        new = object.__new__(type(self))
         new.__dict__.update(self.__dict__, **said)
         return new
 
@@ -529,10 +525,7 @@ def _check_joints(ends: Array, tolerance: float) -> None:
 
 def _of_waypoints(times: ArrayLike, count: int) -> Array:
     """Times at waypoints (count,) as those at the ends of curves, (count - 1,)."""
-    try:
-        values = np.array(times, dtype=np.float64)
-    except (TypeError, ValueError):
-        values = np.zeros(0)
+    values = floats(times)
     if values.shape != (count,) or values[0] != 0.0:
         raise InputError(f"times have shape {values.shape}; expected one for each of {count} waypoints, the first 0 s")
     return values[1:]

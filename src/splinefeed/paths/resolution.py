@@ -6,10 +6,10 @@ and bends so sharp that they are cusps to any machine. A curve stays one curve o
     N(t) = Q + n1 (t - 1) + n2 (t - 1)^2 / 2 + c (t - 1)^3,    c = P - at t = 0: N(0) = P
 
 takes its place from the tip P (t = 0) to a regular point Q (t = 1), on both sides of it, as far as it stays within half
-the resolution. n1 = b1 C', n2 = b1^2 C'' + b2 C' at Q (continuous tangent and curvature for any b1, b2: Barsky, DeRose,
-"Geometric continuity of parametric curves", IEEE CG&A 9(6), 1989, doi 10.1109/38.41470) with b1 such that c, and b2
-such that n2 has no part along C': N is a cubic over the tangent at Q, its speed along that constant. The tip becomes a
-knot between both, at which the tangent may turn: a corner, where motion stops.
+the resolution, at most REACH of them. n1 = b1 C', n2 = b1^2 C'' + b2 C' at Q (continuous tangent and curvature for any
+b1, b2: Barsky, DeRose, "Geometric continuity of parametric curves", IEEE CG&A 9(6), 1989, doi 10.1109/38.41470) with
+b1 such that c, and b2 such that n2 has no part along C': N is a cubic over the tangent at Q, its speed along that
+constant. The tip becomes a knot between both, at which the tangent may turn: a corner, where motion stops.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy as np
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.differential import product, slope_of, slopes, zeros_on
 from splinefeed.curves.packed import Flat, Packed
-from splinefeed.curves.pieces import coefficients, columns, taylor
+from splinefeed.curves.pieces import coefficients, columns
 from splinefeed.curves.spline import least_step
 from splinefeed.curves.tables import Spans, span_pieces
 from splinefeed.records import Array, BoolArray, IntArray
@@ -37,11 +37,12 @@ ONE = 1.0
 #: A curve that is a point lies beside one that is longer than so many resolutions: that hardly turns when it moves.
 MUCH = 1e3
 #: Part of the resolution by which what is put next to a tip may leave the curve; the rest is for what is not sampled.
-USED = 0.5
-#: Places of a span, t in [-1, 1], at which C' and C'' are sampled.
-SAMPLES = np.linspace(-1.0, 1.0, 25)
-#: Distances from a tip that are tried, as powers of SHRINK of the way to the next tip, and places up to each compared.
-TRIALS, SHRINK, COMPARED = 64, 0.62, 16
+#: It reaches so many resolutions at most: what is farther away may bend between samples.
+USED, REACH = 0.5, 1e4
+#: Distances from a tip that are tried, as powers of SHRINK of the way to the next tip.
+TRIALS, SHRINK = 64, 0.62
+#: Places between two tips at which the curve is looked at.
+BETWEEN = 16
 #: Tips that are looked at together.
 TOGETHER = 256
 #: Roots with an imaginary part below this are real.
@@ -108,10 +109,10 @@ def resolved(curves: Packed, metric: Array, *, in_place: bool = False) -> Packed
 def _suspects(flat: Flat) -> tuple[IntArray, Array, Array]:
     """Knot spans on which a radius may be below the resolution: their curves and intervals of u, (k,) each.
 
-    The radius is |C'|^2 / |C''| at least. First by control vectors D of C': its part along their sum is as large as the
+    The radius is |C'|^2 / |C''| at least, by control vectors D of C': its part along their sum is as large as the
     least of theirs, m, and with weights of ratio w m / w^2 (Saito, Wang, Sederberg, "Hodographs and normals of rational
     curves and surfaces", CAGD 12(4), 1995, doi 10.1016/0167-8396(94)00023-L); |C''| <= 8 p^2 w^4 max |D| / du, as
-    differences of knots cover the span, du. Then by samples: between two |C'| >= (sum - max |C''| du) / 2.
+    differences of knots cover the span, du.
     """
     found = [(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))]
     for spans in Spans.of(flat):
@@ -132,13 +133,6 @@ def _suspects(flat: Flat) -> tuple[IntArray, Array, Array]:
         most = np.max(np.linalg.norm(first, axis=2), axis=0)
         bend = 8.0 * p * p * ratio**4 * most / (knots[p + 1] - knots[p])
         odd = spans.chosen(~((least > 0.0) & (least * least > RESOLUTION * bend)))
-        if len(odd):
-            shape = (p, flat.points.shape[1], flat.points.shape[1], spans.rational)
-            a, _ = odd.own(odd.columns(shape), shape)
-            _, one, two = taylor(a[:, :, None], spans.rational, SAMPLES[:, None], 2)
-            speed, bend = np.linalg.norm(one, axis=0), 2.0 * np.max(np.linalg.norm(2.0 * two, axis=0), axis=0)
-            between = np.min(speed[1:] + speed[:-1] - np.diff(SAMPLES)[:, None] * bend, axis=0)
-            odd = odd.chosen(~((between > 0.0) & (0.25 * between * between > RESOLUTION * bend)))
         found.append((odd.curve, odd.low, odd.high))
     curve, low, high = (np.concatenate(each) for each in zip(*found, strict=True))
     order = np.lexsort((low, curve))
@@ -204,7 +198,7 @@ class Seen:
         at_end = (u == self.flat.domains[curve, 0]) | (u == self.flat.domains[curve, 1])
         speed = np.where(at_end, -1.0, np.linalg.norm(velocity, axis=1))
         begins = np.append(True, curve[1:] != curve[:-1])
-        between, owner = np.linspace(u[:-1], u[1:], COMPARED, axis=1), np.repeat(curve[1:], COMPARED)
+        between, owner = np.linspace(u[:-1], u[1:], BETWEEN, axis=1), np.repeat(curve[1:], BETWEEN)
         way = self.pieces.evaluate(owner, between.ravel(), 0, False).reshape(*between.shape, place.shape[1])
         first = 0
         for k in range(1, len(u)):
@@ -237,58 +231,41 @@ class Seen:
     def _cubics(self, place: tuple[IntArray, Array, Array, Array], left: bool) -> tuple[Array, Array]:
         """As `beside`, of curves, tips, edges of what is almost 0, and ends of what may be replaced, (n,) each."""
         curve, tip, edge, limit = place
-        n, owner = len(tip), np.repeat(curve, TRIALS + 1).reshape(-1, TRIALS + 1)
-        trials = edge[:, None] + (limit - edge)[:, None] * np.append(SHRINK ** np.arange(TRIALS - 1.0, -1.0, -1.0), 1.0)
+        trials = edge[:, None] + (limit - edge)[:, None] * SHRINK ** np.arange(TRIALS - 1.0, -1.0, -1.0)
+        owner, every = np.repeat(curve, TRIALS).reshape(trials.shape), np.arange(len(tip))
         start = self.pieces.evaluate(curve, tip, 0, False)[:, 0]
-        ok = self._regular(owner, trials, start, tip, edge, left)[0]
-        nearest = trials[np.arange(n), np.argmax(ok, axis=1)]
-        # up to the next knot: there a derivative of the curve may jump
-        last = self._next_knot(curve, nearest, limit, left)
-        trials[:, -1] = last
-        beyond = np.abs(trials - edge[:, None]) > np.abs(last - edge)[:, None]
-        trials = np.where(beyond, last[:, None], trials)
-        ok, (q, n1, n2, c) = self._regular(owner, trials, start, tip, edge, left)
-        share = np.linspace(0.0, 1.0, COMPARED + 1)[:-1, None, None] ** 2
+        ok, q, n1, n2 = self._regular(owner, trials, start, tip, edge, left)
+        way = q - start[:, None]
+        share = np.linspace(0.0, 1.0, BETWEEN + 1)[:-1, None, None] ** 2
         u = edge[:, None] + (trials - edge[:, None]) * share
-        seen = self.pieces.evaluate(np.repeat(owner[None], COMPARED, axis=0).ravel(), u.ravel(), 0, False)
-        seen = seen.reshape(*u.shape, -1)
-        t = np.sum((seen - start[:, None]) * n1, axis=-1) / np.sum(n1**2, axis=-1)
-        t = np.clip(t, 0.0, 1.0)[..., None] - 1.0  # along the tangent N is linear in t
-        apart = np.max(np.linalg.norm(q + n1 * t + 0.5 * n2 * t**2 + c * t**3 - seen, axis=-1), axis=0)
-        close = (apart <= USED * self.resolution) | (np.arange(TRIALS + 1) <= np.argmax(ok, axis=1)[:, None])
+        seen = self.pieces.evaluate(np.repeat(owner[None], BETWEEN, axis=0).ravel(), u.ravel(), 0, False)
+        seen = seen.reshape(*u.shape, -1) - start[:, None]
+        t = np.clip(np.sum(seen * n1, axis=-1) / np.sum(n1**2, axis=-1), 0.0, 1.0)[..., None] - 1.0  # N is linear in t
+        cubic = way + n1 * t + 0.5 * n2 * t**2 + (way - n1 + 0.5 * n2) * t**3
+        apart = np.max(np.linalg.norm(cubic - seen, axis=-1), axis=0)
+        close = (apart <= USED * self.resolution) & (np.linalg.norm(way, axis=2) <= REACH * self.resolution)
+        close |= np.arange(TRIALS) <= np.argmax(ok, axis=1)[:, None]
         good = ok & np.logical_and.accumulate(close, axis=1)
-        k = TRIALS - np.argmax(good[:, ::-1], axis=1)
-        q, n1, n2 = (each[np.arange(n), k] for each in (q, n1, n2))
+        k = TRIALS - 1 - np.argmax(good[:, ::-1], axis=1)
+        q, n1, n2 = (each[every, k] for each in (q, n1, n2))
         points = np.stack([start, q - 2.0 * n1 / 3.0 + n2 / 6.0, q - n1 / 3.0, q], axis=1)
-        return np.where(good.any(axis=1), trials[np.arange(n), k], tip), points
+        return np.where(good.any(axis=1), trials[every, k], tip), points
 
     def _regular(
         self, owner: IntArray, trials: Array, start: Array, tip: Array, edge: Array, left: bool
-    ) -> tuple[BoolArray, tuple[Array, Array, Array, Array]]:
-        """Whether a cubic from tips `start` (n, axes) may end at trials (n, k), and its q, n1, n2, c (n, k, axes)."""
+    ) -> tuple[BoolArray, Array, Array, Array]:
+        """Whether a cubic from tips `start` (n, axes) may end at trials (n, k), and its q, n1, n2 (n, k, axes)."""
         d = self.pieces.evaluate(owner.ravel(), trials.ravel(), 2, not left)
         q, q1, q2 = np.moveaxis(d.reshape(*trials.shape, 3, -1), 2, 0)
         way, square = q - start[:, None], np.sum(q1 * q1, axis=2)
         b1 = np.sum(way * q1, axis=2) / square
         b2 = -b1 * b1 * np.sum(q2 * q1, axis=2) / square
         n1, n2 = b1[..., None] * q1, (b1 * b1)[..., None] * q2 + b2[..., None] * q1
-        c = q - start[:, None] - n1 + 0.5 * n2
-        ok = np.isfinite(c).all(axis=2) & (b1 * (trials - tip[:, None]) > 0.0)
+        ok = np.isfinite(n2).all(axis=2) & (b1 * (trials - tip[:, None]) > 0.0)
         ok &= ~self.is_tip(d).reshape(trials.shape) & (np.linalg.norm(way, axis=2) > self.resolution)
         largest = np.maximum.reduceat(np.abs(self.flat.knots), self.flat.knot_starts[:-1])
         ok &= np.abs(trials - edge[:, None]) > LEAST_KNOTS * largest[owner]
-        return ok, (q, n1, n2, c)
-
-    def _next_knot(self, curve: IntArray, u: Array, limit: Array, left: bool) -> Array:
-        """The knot of curves (n,) at u (n,) or next behind it, (n,), or the limit (n,) if that comes before."""
-        owner, knots, _ = self.flat.inner_knots()
-        first, last = np.searchsorted(owner, curve), np.searchsorted(owner, curve, side="right")
-        keys, wanted, knots = owner + 1j * knots, curve + 1j * u, np.append(knots, np.nan)
-        if left:
-            k = np.searchsorted(keys, wanted, side="right") - 1
-            return np.where(k >= first, np.fmax(knots[k], limit), limit)
-        k = np.searchsorted(keys, wanted)
-        return np.where(k < last, np.fmin(knots[k], limit), limit)
+        return ok, q, n1, n2
 
 
 def _together(curve: NurbsCurve) -> Callable[[float], float]:

@@ -226,21 +226,6 @@ class ToolPath(Path):
         said = {**self._all_said(), **back._said()}
         return ToolPath(back.curves, axis, **said)
 
-    def with_findings(self, *findings: str) -> ToolPath:
-        """Replace the findings.
-
-        Parameters
-        ----------
-        *findings : str
-            One sentence each.
-
-        Returns
-        -------
-        ToolPath
-            Otherwise the same path.
-        """
-        return ToolPath(self.curves, self.tool_axis, **{**self._all_said(), "findings": findings})
-
 
 def beside(curve: NurbsCurve, points: Array) -> NurbsCurve:
     """Lay a curve over the knots and weights of another one.

@@ -20,6 +20,7 @@ from scipy.optimize import lsq_linear
 from splinefeed.curves.curve import NurbsCurve
 from splinefeed.curves.editing import split
 from splinefeed.errors import CurveError, InputError
+from splinefeed.paths.each_curve import floats
 from splinefeed.records import Array
 
 #: Degree of the spline: its jerk has no steps.
@@ -50,10 +51,7 @@ def checked_waypoints(waypoints: ArrayLike, axes: Sequence[str] | None) -> Array
     CurveError
         For what is not 2 or more rows of a finite number for each axis.
     """
-    try:
-        points = np.asarray(waypoints, dtype=np.float64)
-    except (TypeError, ValueError):
-        points = np.zeros(0)
+    points = floats(waypoints)
     if points.ndim != 2 or len(points) < 2 or points.shape[1] != (points.shape[1] if axes is None else len(axes)):
         each = "as many numbers" if axes is None else f"{len(axes)} numbers: {', '.join(axes)}"
         raise CurveError(f"waypoints have shape {points.shape}; expected 2 or more rows of {each}")
