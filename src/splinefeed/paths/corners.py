@@ -175,7 +175,7 @@ def sharp_bends(path: JoinedCurves) -> Array:
 
     Arc-length pieces are short where |C'| bends, so that samples of each see where the curvature peaks.
     """
-    bend, u = path.most_bent(path.shape[2])
+    bend, u = path._most_bent(path.shape[2])
     curve = np.repeat(np.arange(len(path.flat)), np.diff(path.curve_rows)[:, 0] + 1)
     same = curve[1:] == curve[:-1]
     peak = bend * SHARP * np.diff(path.curve_starts)[curve] > 1.0

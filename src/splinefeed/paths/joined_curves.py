@@ -483,10 +483,10 @@ class JoinedCurves(Track):
 
     def minimum_radius(self) -> float:
         """Least radius of curvature, mm, over a sampling of every arc-length piece; infinite for straight lines."""
-        top = float(np.max(self.most_bent(self.linear)[0]))
+        top = float(np.max(self._most_bent(self.linear)[0]))
         return 1.0 / top if top > 0.0 else float("inf")
 
-    def most_bent(self, axes: int) -> tuple[Array, Array]:
+    def _most_bent(self, axes: int) -> tuple[Array, Array]:
         """Largest curvature of every arc-length piece over the first axes by samples, 1/mm, and u there, (pieces,)."""
         degree, _, _, rational = self.shape
         table = self.table

@@ -26,8 +26,3 @@ class WaypointPath(Path):
     def sticks(self, position: Array) -> Array:
         """The arm as lines: base, each joint and the tip, (n, joints + 2, 3), mm, for joints (n, joints)."""
         return self.frames.sticks(position)
-
-    def with_findings(self, *findings: str) -> WaypointPath:
-        """The same path with other findings."""
-        said = {**self._said(), "findings": findings}
-        return WaypointPath(self.curves, self.axes, frames=self.frames, **said)
