@@ -171,10 +171,12 @@ def test_a_window_goes_from_state_to_state() -> None:
 
 
 @pytest.mark.parametrize("radius", [2e-6, 1e-5, 1e-3])
-def test_tips_of_sharp_bends_are_breaks(radius: float) -> None:
+def test_tips_of_sharp_bends_are_found(radius: float) -> None:
     path = Path([sample_curves.bent(radius)])
-    assert np.any(np.isclose(path.breaks, path.arc_length([0], [0.5]), rtol=1e-12))
-    assert path.minimum_radius() == pytest.approx(radius, rel=1e-6)
+    s, curvature = path.sharp_bends
+    assert curvature == pytest.approx([1.0 / radius], rel=1e-6)
+    assert s == pytest.approx(path.arc_length([0], [0.5]), rel=1e-12)
+    assert np.any(np.isclose(path.breaks[:, None], s[None, :], rtol=1e-13))
 
 
 BENT = {f"radius {radius:g} mm": sample_curves.bent(radius) for radius in (1.1e-6, 1e-5, 1e-4, 1e-3)}

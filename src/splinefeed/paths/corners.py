@@ -170,8 +170,8 @@ def _turn(path: JoinedCurves, sizes: Array, curve: IntArray, u: Array, side: str
     return tangents, np.where(still[:, None], np.nan, bends)
 
 
-def sharp_bends(path: JoinedCurves) -> Array:
-    """Places (k,), mm, of sharp bends: where a piece bends most, and no piece beside it bends more.
+def sharp_bends(path: JoinedCurves) -> tuple[Array, Array]:
+    """Arc lengths (k,) of sharp bends, mm, and their curvature, 1/mm: where no piece beside a piece bends more.
 
     Arc-length pieces are short where |C'| bends, so that samples of each see where the curvature peaks.
     """
@@ -181,4 +181,4 @@ def sharp_bends(path: JoinedCurves) -> Array:
     peak = bend * SHARP * np.diff(path.curve_starts)[curve] > 1.0
     peak[1:] &= ~same | (bend[1:] > bend[:-1])
     peak[:-1] &= ~same | (bend[:-1] >= bend[1:])
-    return path.arc_length(curve[peak], u[peak])
+    return path.arc_length(curve[peak], u[peak]), bend[peak]

@@ -319,7 +319,7 @@ class Path(JoinedCurves):
     def breaks(self) -> Array:
         """Knots, joints and corners, sharp bends, and where the tip is slowest, (k,), mm."""
         owner, knots, _ = self.flat.inner_knots()
-        places = [self.arc_length(owner, knots), self.curve_starts[1:-1], self.corners.s, sharp_bends(self)]
+        places = [self.arc_length(owner, knots), self.curve_starts[1:-1], self.corners.s, self.sharp_bends[0]]
         s = np.unique(np.concatenate([*places, self.slow_tips]))
         inside = s[(s > SAME * self.length) & (s < (1.0 - SAME) * self.length)]
         return inside[np.diff(inside, prepend=0.0) > SAME * self.length]
@@ -336,6 +336,11 @@ class Path(JoinedCurves):
         The tangent is that of all axes by the metric: between a move of rotary axes alone and another one it turns.
         """
         return find_corners(self)
+
+    @cached_property
+    def sharp_bends(self) -> tuple[Array, Array]:
+        """Arc lengths (k,) of sharp bends, mm, in order, and their curvature, 1/mm, by samples."""
+        return sharp_bends(self)
 
     @cached_property
     def stops(self) -> tuple[float, ...]:
