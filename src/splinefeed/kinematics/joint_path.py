@@ -570,12 +570,12 @@ class JointPath(Track):
             reach = 0.5**k * self.length
             sides = (max(first - reach, 0.0), min(last + reach, self.length))
             inner = [s for s, end in zip(sides, ends, strict=True) if s != end]
-            rho = [float(self._from_pole(*self.tool.locate(np.array([s])))[0]) for s in inner]
-            if not rho or max(rho) > PASS:
+            rho = self._from_pole(*self.tool.locate(inner))
+            if not inner or np.max(rho) > PASS:
                 continue
-            if min(rho) < 1e-2 * PASS:
+            if np.min(rho) < 1e-2 * PASS:
                 break
-            d = np.array([self._last(s) for s in inner])
+            d = self.derivatives(np.array(inner))[:, :, len(self.axes) - 1]
             found: tuple[Pass, ...] = ((*sides, through(*inner, d=d)),)
             if len(inner) == 2 and last - first > RESOLUTION:
                 left, right = through(inner[0], d=d[0]), through(inner[1], d=d[1])
@@ -585,12 +585,6 @@ class JointPath(Track):
             if self._off_axis(places.ravel(), found) <= OFF_AXIS:
                 return found
         self._refuse_pole(first)
-
-    def _last(self, s: float) -> Array:
-        """The last joint and its first three derivatives by arc length, (4,), at s."""
-        at = np.array([s])
-        jets = self._jets(*self.tool.locate(at), at, 3)
-        return np.asarray(jets[-1].derivatives[:, 0])
 
     def _off_axis(self, s: Array, windows: tuple[Pass, ...]) -> float:
         """How far the tool axis is from that of the path at s (n,) in windows, rad."""
