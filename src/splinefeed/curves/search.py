@@ -35,12 +35,10 @@ ROUNDING = 1e-15
 MAX_BISECTIONS = 4
 #: Newton steps inside a bracket, and the step in t behind which the next is rounding.
 MAX_STEPS, SMALL_STEP = 60, 1e-9
-#: A box of cells is looked at for so many positions at a time: pairs.
-MOST_PAIRS = 1 << 20
+#: Pairs of a position and a cell, or a box of cells, that are looked at together: some hundred bytes each.
+MOST_PAIRS = 1 << 17
 #: A place lies in so many boxes for each part of a cell at the most, or cells are cut further; most parts of a cell.
 MOST_INSIDE, MOST_PARTS = 8, 16
-#: Pairs whose curves are worked on at a time: some hundred bytes each.
-MOST_REFINED = 1 << 17
 #: So many pairs of a position and a cell are compared in one search of the whole path, and as many more for each
 #: position: a microsecond each.
 MOST_COMPARED, EACH_COMPARED = 4_000_000, 100
@@ -352,32 +350,29 @@ class Search:
     def _candidates(self, q: Array, found: Found) -> Iterator[tuple[IntArray, IntArray]]:
         """Pairs of a position and a cell that can be nearer than what is `found` (n,).
 
-        They come in blocks of MOST_REFINED, so that a path that passes the same places again and again fits into the
-        memory; what is found by then leaves out more of the next block.
+        They come in blocks of MOST_PAIRS, so that a path that passes the same places again and again, or is far away,
+        fits into the memory; what is found by then leaves out more of the next block.
         """
-        best, count = found.square, q.shape[1]
         order, least, greatest = self._boxes
         width = least.shape[1] // 2
-        owner, node = np.arange(count), np.ones(count, dtype=np.int64)
-        for _ in range(width.bit_length() - 1):
-            if len(owner) > MOST_PAIRS and count > 1:  # far from everything: fewer positions at a time
-                half = count // 2
-                for part in (slice(half), slice(half, None)):
-                    here = Found(found.row[part], found.t[part], found.square[part])
-                    for who, cell in self._candidates(q[:, part], here):
-                        yield who + (part.start or 0), cell
-                return
-            owner, node = np.repeat(owner, 2), np.repeat(2 * node, 2)
-            node[1::2] += 1
-            at = np.take(q, owner, axis=1)
-            outside = np.maximum(np.take(least, node, axis=1) - at, at - np.take(greatest, node, axis=1))
-            np.maximum(outside, 0.0, out=outside)
-            near = dot(outside, outside) <= best[owner]
-            owner, node = owner[near], node[near]
-        for block in chunks(len(owner), MOST_REFINED):
-            who, cell = owner[block], order[node[block] - width]
-            near = self._bound(q[:, who], self.cells, cell) <= best[who]
-            yield who[near], cell[near]
+        blocks = [(np.arange(q.shape[1]), np.ones(q.shape[1], dtype=np.int64))]
+        while blocks:
+            owner, node = blocks.pop()
+            if len(owner) > MOST_PAIRS:
+                half = len(owner) // 2
+                blocks += [(owner[half:], node[half:]), (owner[:half], node[:half])]
+            elif len(owner) and node[0] >= width:
+                cell = order[node - width]
+                near = self._bound(q[:, owner], self.cells, cell) <= found.square[owner]
+                yield owner[near], cell[near]
+            elif len(owner):
+                owner, node = np.repeat(owner, 2), np.repeat(2 * node, 2)
+                node[1::2] += 1
+                at = np.take(q, owner, axis=1)
+                outside = np.maximum(np.take(least, node, axis=1) - at, at - np.take(greatest, node, axis=1))
+                np.maximum(outside, 0.0, out=outside)
+                near = dot(outside, outside) <= found.square[owner]
+                blocks.append((owner[near], node[near]))
 
     def _bound(self, q: Array, parts: Cells, part: IntArray) -> Array:
         """Squared distance (n,), mm^2, that no point of a part falls below: to the chord, less its reach."""
