@@ -205,22 +205,20 @@ class NurbsCurve(Spline):
         out = self.derivatives(values, 1, side=side)[:, 1, :linear].copy()
         norm = np.linalg.norm(out, axis=1)
         table, _ = self.table
-        row = np.clip(np.searchsorted(table[:, LOW], values, side="right") - 1, 0, len(table) - 1)
+        row = self._pieces.row_at(None, values, side == "left")
         for k in np.flatnonzero(norm <= SUSPECT * self.size * table[row, SCALE]):
-            out[k] = self._limit_direction(values[k], linear, side == "left" or values[k] == self.domain[1])
+            out[k] = self._limit_direction(values[k], row[k], linear, side == "left" or values[k] == self.domain[1])
             norm[k] = np.linalg.norm(out[k])
         out /= np.where(norm > 0.0, norm, 1.0)[:, None]
         return out.reshape(*given.shape, out.shape[1])
 
-    def _limit_direction(self, u: float, linear: int | None, backwards: bool) -> Array:
-        """The direction (linear,) as the curve leaves u, or arrives there if `backwards`; zero if it does not move.
+    def _limit_direction(self, u: float, row: int, linear: int | None, backwards: bool) -> Array:
+        """The direction (linear,) as the curve leaves u on a row, or arrives if `backwards`; zero if it does not move.
 
         Where C - C(u) = sum_k c_k x^k, x = t - t(u), the first c_k that is not 0 points along x^k, and with x < 0
         towards u along (-1)^(k - 1) c_k.
         """
         table, shape = self.table
-        row = int(np.clip(np.searchsorted(table[:, LOW], u, side="right") - 1, 0, len(table) - 1))
-        row -= int(backwards and row > 0 and u == table[row, LOW])
         while 0 <= row < len(table):
             c = table[row, :, None]
             t = (np.clip(u, c[LOW], c[HIGH]) - c[MIDDLE]) * c[SCALE]
