@@ -234,8 +234,8 @@ class NurbsCurve(Spline):
         """Parameters (k,) at which a coordinate may be least or greatest: ends of spans and where its derivative is 0.
 
         x' = 0 where A' w - A w' = 0, a polynomial of degree 2p - 1 at most on every piece. Only pieces whose control
-        points go beyond the ends of all spans are searched: no other goes further. Source: The NURBS Book, 2nd ed.,
-        property P4.3.
+        points go beyond the ends of all spans are searched: no other goes further (The NURBS Book, 2nd ed., property
+        P4.3).
         """
         table, shape = self.table
         ends, found = self(self.breaks), [self.breaks]
