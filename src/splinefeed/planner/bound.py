@@ -258,21 +258,13 @@ def lower_bound(
 
 
 def _first(problem: Problem, solution: Solution, scale: float) -> tuple[Array, Array]:
-    """Arc lengths (n,), mm, and multipliers (n, f): those of a solution, less weight, as means over its splines."""
-    total = _total(problem, problem.weight)
-    known, columns = total > 0.0, []
+    """Middles of cells (n,), mm, and multipliers (n, f): those of a solution, less weight, as means over the cells."""
+    rows, nodes, cell, columns = problem.rows, problem.spline.nodes, problem.cell, []
+    total = np.bincount(cell, problem.weight)
     for side in (2, 3, 0, 1):  # jerk up and down, then linear rows high and low
-        z, unit = solution.z[problem.parts[side]], 1.0 if side > 1 else scale
-        smooth = z[: problem.rows.jerks if side > 1 else problem.rows.smooth]
-        columns += [_total(problem, each)[known] / (unit * total[known]) for each in smooth]
-    at = problem.spline.greville()[known]
-    return at, np.array(columns).reshape(-1, len(at)).T
-
-
-def _total(problem: Problem, each: Array) -> Array:
-    """What each place (n,) gives to the splines that reach it, (m,)."""
-    total = np.bincount(problem.gather.ravel(), (problem.basis[0] * each).ravel(), problem.spline.size)
-    return np.asarray(total, dtype=np.float64)
+        many, unit = (rows.jerks, 1.0) if side > 1 else (rows.smooth, scale)
+        columns += [np.bincount(cell, each) / (unit * total) for each in solution.z[problem.parts[side]][:many]]
+    return 0.5 * (nodes[1:] + nodes[:-1]), np.array(columns).reshape(-1, len(total)).T
 
 
 def _best(dual: Dual, q: Array, x: Array, gap: float) -> Array:

@@ -12,9 +12,6 @@ from splinefeed.errors import PlanError
 from splinefeed.planner.constants import ALMOST, SAME
 from splinefeed.records import LAW_COEFFICIENTS, Array, IntArray, TimeLaw
 
-#: No stretch may last longer, s: thirty years.
-LONGEST = 1e9
-
 
 def on_tick(time: float, period: float | None) -> float:
     """An instant, s, put on a tick where it is on one but for rounding."""

@@ -279,7 +279,7 @@ class LookAhead:
         end = horizon.low if horizon.left is None else horizon.end
         starts = path.curve_starts[:-1] + SAME * path.length
         count = max(int(np.searchsorted(starts, end)), 1)
-        self._keep(path, 0, count)
+        self._path = cut(path, 0, count)
         self._curves, self._looked = self._first_curve + count, 0.0
         return self._curves
 
@@ -416,10 +416,6 @@ class LookAhead:
         if behind <= 0:
             return
         origin = float(path.curve_starts[behind])
-        self._keep(path, behind, len(path.curves))
+        self._path = cut(path, behind, len(path.curves))
         self._first_curve += behind
         self._horizon.move(origin)
-
-    def _keep(self, path: Path, first: int, last: int) -> None:
-        """Of the path that is known keep the curves from `first` to the one before `last`."""
-        self._path = cut(path, first, last)

@@ -64,7 +64,7 @@ class SetpointSource:
         return (a + 4.0 * b + c) / 6.0, 0.5 * (c - a), 0.5 * (a - 2.0 * b + c), (d - a + 3.0 * (b - c)) / 6.0
 
     def demands(self, first: int, count: int, sums: Array = NO_SUMS) -> Array:
-        """As `Course` says; along the path q'' is bounded by that of all linear axes, and q''' is left out."""
+        """As `MotionSource` says; along the path q'' is bounded by that of all linear axes, and q''' is left out."""
         T = self.period
         piece = np.arange(first, first + count)
         c1, c2, c3 = (with_sums(each, sums) for each in self._pieces(piece)[1:])
