@@ -238,14 +238,12 @@ class JoinedCurves(Track):
 
     def tip(self, d: Array) -> Array:
         """s', s'', s''' (3, n) of the tip's arc length s by the path's, from `derivatives` d (n, 4, axes)."""
-        if self.mixed:
-            return tip_derivatives(d, self.linear)
-        return np.repeat([[1.0], [0.0], [0.0]], len(d), axis=1)
+        return tip_derivatives(d, self.linear) if self.mixed else super().tip(d)
 
     def tip_length(self, s: ArrayLike) -> Array:
         """Arc length of the tip, mm (...), at places s (...), mm: over the linear axes; where none moves, degrees."""
         if not self.mixed:
-            return np.asarray(s, dtype=np.float64)
+            return super().tip_length(s)
         curve, u = self.locate(s)
         return self._tip_pieces.lengths_at(curve.ravel(), u.ravel()).reshape(u.shape)
 
@@ -347,15 +345,14 @@ class JoinedCurves(Track):
                 continue
             u = curve.extremes()
             points = curve(u)[:, columns]
-            low, high = points.min(axis=0), points.max(axis=0)
-            outside = (low < middle - half) | (high > middle + half)
-            if not np.any(outside):
+            over = np.abs(points - middle) - half
+            if not np.any(over > 0.0):
                 continue
-            k = int(np.argmax(outside))
-            upwards = bool(high[k] - middle[k] >= middle[k] - low[k])
-            position = float(high[k] if upwards else low[k])
-            furthest = u[np.argmax(points[:, k] if upwards else -points[:, k])]
-            s = float(self.tip_length(self.arc_length(index, furthest)))
+            k = int(np.argmax(np.any(over > 0.0, axis=0)))
+            furthest = int(np.argmax(over[:, k]))
+            position = float(points[furthest, k])
+            upwards = position >= float(middle[k])
+            s = float(self.tip_length(self.arc_length(index, u[furthest])))
             axis = self.axes[columns[k]]
             unit, factor = unit_of_axis(axis), np.degrees(1.0) if axis in ROTARY_AXES else 1.0
             side = "most" if upwards else "least"
