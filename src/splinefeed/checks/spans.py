@@ -322,7 +322,7 @@ class SpanPlaces:
 
 def _beside(columns: Array, t: Array) -> Array:
     """What spans have, (..., n), for many places t (..., n) on each."""
-    return columns.reshape(*columns.shape[:-1], *(1,) * (t.ndim - 1), -1)
+    return columns.reshape(*columns.shape[:-1], *(1,) * (t.ndim - 1), columns.shape[-1])
 
 
 #: What is made of each path that is still there.
