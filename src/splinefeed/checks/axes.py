@@ -97,7 +97,9 @@ class AxesCheck:
         s (n + 1,) is where the setpoints are, mm.
         """
         off = self._between(values, s)
-        self.chord_error, self.turned = np.maximum([self.chord_error, self.turned], np.max(off, axis=1)).tolist()
+        self.chord_error, self.turned = np.maximum(
+            [self.chord_error, self.turned], np.max(off, axis=1, initial=0.0)
+        ).tolist()
         size = max(float(np.max(self._size)), self._rows.length)
         return (off[0], ROUNDINGS * EPSILON * size), (off[1], ROUNDINGS * EPSILON)
 

@@ -24,6 +24,8 @@ STEP = "axis_velocity_step"
 LAW = 1e300
 #: A tick is at a corner within this, relative to the arc length there.
 AT_TICK = 1e-12
+#: Places are as bad as each other within this share: rounding.
+AS_BAD = 1e-14
 #: Steps on either side of one with a corner that show how constant the feed is around it.
 BESIDE = 2
 #: A tangent that turns by more than this at one place, rad, jumps; by more than the next, the tool has to stop there.
@@ -102,8 +104,8 @@ class Worst:
         with np.errstate(invalid="ignore"):
             share = np.where(own < np.inf, beyond / own, -np.inf)
         self.result = replace(self.result, over=self.result.over + int(np.count_nonzero(beyond > own * (1.0 + KEPT))))
-        k = int(np.argmax(share))
-        if share[k] > self.share:
+        if np.max(share) > self.share * (1.0 + AS_BAD):
+            k = int(np.argmax(share >= np.max(share) * (1.0 - AS_BAD)))  # the first of places that are as bad
             limit, worst, rounding, at_t, at_s = (float(each[k]) for each in (own, values, floor, t, s))
             at_s = place(at_s)
             self.result = replace(self.result, limit=limit, worst=worst, floor=rounding, at_t=at_t, at_s=at_s, by=by)

@@ -69,8 +69,6 @@ class PathSpans:
         First and last span of each curve.
     still : (r,) array of bool
         Whether none of the first `linear` axes moves, though others may.
-    counts, tip_counts : (axes, r) array
-        What the square of a step of each axis counts in that of the length, and of the length of the tip.
 
     Notes
     -----
@@ -111,11 +109,15 @@ class PathSpans:
         self.still: BoolArray = np.zeros(len(self), dtype=bool)
         if self.linear < self.axes:
             self.still = ~np.any(self.terms[: self.linear], axis=(0, 1))
-        turns = np.arange(self.axes)[:, None] >= self.linear
-        self.tip_counts: Array = np.where(turns, DEGREES**2 * self.still, ~self.still)
-        self.counts = self.tip_counts
-        if self._units is not None:
-            self.counts = np.broadcast_to((self._units**2)[:, None], self.tip_counts.shape)
+
+    def counts(self, row: IntArray | slice) -> Array:
+        """What the square of a step of each axis counts in that of the length on spans (n,), (axes, n) or (axes, 1)."""
+        return self.tip_counts(row) if self._units is None else (self._units**2)[:, None]
+
+    def tip_counts(self, row: IntArray | slice) -> Array:
+        """What it counts in that of the length of the tip, (axes, n)."""
+        turns, still = np.arange(self.axes)[:, None] >= self.linear, self.still[row]
+        return np.where(turns, DEGREES**2 * still, ~still)
 
     def _halved(self, spans: tuple[Any, ...], rounding: float) -> tuple[Any, ...]:
         """Spans, halved until the arc length of each is a polynomial, in order, and its coefficients."""
@@ -177,7 +179,7 @@ class PathSpans:
     def _speed(self, t: Array) -> Array:
         """|dC/dt|, mm, of all spans at t (..., r) of each."""
         slope = self.taylor(self.terms, self.rational, t, 1)[1]
-        return np.asarray(np.sqrt(dot(slope * _beside(self.counts, t), slope)))
+        return np.asarray(np.sqrt(dot(slope * _beside(self.counts(slice(None)), t), slope)))
 
     @property
     def length(self) -> float:
@@ -262,7 +264,7 @@ class SpanPlaces:
         self.spans, self.row, self.linear = spans, row, spans.linear
         self.middle, self.scale, self.still = spans.middle[row], spans.scale[row], spans.still[row]
         self._terms, self.origin = np.take(spans.terms, row, axis=2), np.take(spans.origin, row, axis=1)
-        self._counts = np.take(spans.counts, row, axis=1)
+        self._counts = spans.counts(row)
 
     def t(self, u: Array) -> Array:
         """t (..., n) of parameters u (..., n)."""
@@ -307,7 +309,7 @@ class SpanPlaces:
         """s', s'', s''' (..., n) of the tip's arc length s by the length, from r and its derivatives by it."""
         if not self.spans.mixed:
             return np.ones(r[1].shape[1:]), np.zeros(r[1].shape[1:]), np.zeros(r[1].shape[1:])
-        size = np.sqrt(_beside(np.take(self.spans.tip_counts, self.row, axis=1), r[1][0]))
+        size = np.sqrt(_beside(self.spans.tip_counts(self.row), r[1][0]))
         one, two, three = (each * size for each in r[1:4])
         with np.errstate(divide="ignore", invalid="ignore"):
             first = np.sqrt(dot(one, one))
