@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import motions as test_motions
+import random_motions
 import splinefeed as sf
 from splinefeed.checks.bounds import Bounds
 
@@ -179,3 +180,34 @@ def test_a_feed_at_an_end_is_that_of_the_tip_though_other_axes_move() -> None:
     assert "its feed at t = 0 s is 5 mm/s; start_feed is 5.001" in " ".join(
         sf.check(setpoints, path, other, law=law).problems
     )
+
+
+def beside(points: sf.Setpoints, tick: int) -> sf.Setpoints:
+    """Setpoints, of which the last axis is 1e-5 rad off at a tick."""
+    position = points.position.copy()
+    position[tick, -1] += 1e-5
+    return dataclasses.replace(points, position=position)
+
+
+def test_a_rotary_axis_off_the_curve_is_all_that_is_said_of_its_tick(motions):
+    path, points, _ = motions["swinging"]
+    (problem,) = sf.check(beside(points, 400), path, sf.Limits(feed=1e6)).problems
+    assert problem.startswith("tick 400 ")
+    assert "a rotary axis is 0.00057" in problem
+
+
+def test_a_rotary_axis_that_turns_alone_is_where_it_is(motions):
+    path, points, _ = motions["lifted"]
+    verdict = sf.check(beside(points, 782), path, sf.Limits(feed=1e6))
+    assert verdict.ok
+    assert verdict.limits["feed"].worst < 62.0  # 1e-5 rad in a period are 0.57 deg/s
+
+
+def test_positions_alone_are_followed_where_rotary_axes_go_far_beside_short_ways_of_linear_ones():
+    motion = random_motions.motion(11)
+    law = sf.plan(motion.path, motion.limits, period=motion.period, strategy=motion.strategy)
+    points = sf.interpolate(motion.path, law)
+    nothing = np.full(len(points), np.nan)
+    bare = dataclasses.replace(points, u=nothing, s=nothing, feed=nothing, curve=np.full(len(points), -1))
+    verdict = sf.check(bare, motion.path, motion.limits)
+    assert verdict.ok, verdict.problems

@@ -124,7 +124,9 @@ class Placer:
                 found = self.follow(position[:, index], allowed)
             row[index], u[index] = found.row, self.parameter(found)
             place = self._at(row, u, position)
-            wrong = index[~((place.apart[index] <= allowed) & (place.turned[index] <= allowed))]
+            wrong = index[
+                ~((place.apart[index] <= allowed) & (place.turned[index] <= allowed) | rows.still[row[index]])
+            ]
             if 0 < rows.linear < rows.axes and len(
                 wrong
             ):  # by how much rotary axes are off says the linear ones' place
