@@ -20,7 +20,7 @@ from splinefeed.paths.path import Path
 from splinefeed.planner import strategies as planner
 from splinefeed.planner.conditions import Conditions, least_jump
 from splinefeed.planner.horizon import SolverSettings, plan_window
-from splinefeed.planner.law import quintics
+from splinefeed.planner.law import pieces_of, quintics
 from splinefeed.planner.path_rows import within_reach
 from splinefeed.planner.profiles import pieces, solve_in_row
 from splinefeed.planner.solve import End, Problem, solve
@@ -154,6 +154,16 @@ def test_between_two_feeds_the_optimum_is_up_and_down_at_the_limit() -> None:
     v = np.sqrt(250.0 + 10.0 * 500.0)
     assert found.kept
     assert found.time == pytest.approx((v - 10.0) / 500.0 + (v - 20.0) / 500.0, rel=1e-2)
+
+
+def test_a_motion_of_nanometres_is_as_exact_far_along_a_path_as_at_its_start() -> None:
+    cell = 48.0 * np.spacing(300.0)  # rounding of arc length there is 2 % of it
+    nodes, jumps = cell * np.arange(9.0), np.zeros(9, dtype=bool)
+    c = np.linspace(1.0, 2.0, 11) ** 3
+    ends = End(q=c[0]), End(q=c[-1])
+    near, far = (pieces_of(Spline.on(nodes + s, jumps), c, ends) for s in (0.0, 300.0))
+    np.testing.assert_allclose(far.spans, near.spans, rtol=1e-12)
+    np.testing.assert_allclose(far.coefficients[:, 1:], near.coefficients[:, 1:], rtol=1e-6)
 
 
 def test_a_window_goes_from_state_to_state() -> None:

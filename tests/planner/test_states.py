@@ -122,6 +122,18 @@ def test_what_cannot_be_reached_is_refused_with_the_nearest_that_can() -> None:
         sf.plan(path, limits, period=PERIOD, start=sf.planner.State(10.0, 5000.0, 50.0))
 
 
+def test_the_nearest_state_is_the_same_however_far_beyond_it_one_is_asked_for() -> None:
+    path, limits = cases.butterfly(), cases.axis_limits("A")
+    found = []
+    for feed in (50.0, 59.0, 90.0):
+        with pytest.raises(sf.errors.PlanError, match=r"allow at most ([\d.]+) mm/s") as caught:
+            sf.plan(path, limits, period=PERIOD, start=sf.planner.State(feed, 0.0, 96.0))
+        found.append(float(str(caught.value).split("at most ")[1].split()[0]))
+    assert np.ptp(found) < 2e-3 * max(found)
+    with pytest.raises(sf.errors.PlanError, match="allow at most"):
+        sf.plan(path, limits, period=PERIOD, start=sf.planner.State(1.005 * max(found), 0.0, 96.0))
+
+
 def line(length: float) -> sf.Path:
     return sf.Path([sf.NurbsCurve.bezier([[0.0], [length]])], axes=("q",))
 

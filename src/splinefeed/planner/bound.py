@@ -124,7 +124,7 @@ class Dual:
         rows, outer = (rows_of(conditions, x) for x in (self.x, at_ends))
         self.jerks, self.linears = 2 * len(rows.jerk), 2 * len(rows.linear)
         self.fields = self.jerks + self.linears
-        value, slope, bend = self.spline.basis(cell, self.x)
+        value, slope, bend = self.spline.basis(cell, self.x - nodes[cell])
         up = bend * rows.jerk[:, 2, None] - slope * rows.jerk[:, 1, None] / 3.0
         own = 0.5 * rows.linear[:, 0]  # c0 - c1'
         torques = np.arange(rows.coordinates, rows.smooth)
@@ -140,7 +140,7 @@ class Dual:
         cost = self._by_cell(value * bounds[:, None])
         self.fixed[:, self.jerks :] = self.spread(np.einsum("mkg,mg->mk", cost, self.weight))
         for k, (q, dq) in enumerate(ends):
-            value, slope, _ = self.spline.basis(np.array([k * (m - 1)]), nodes[[-k]])[:, :, 0]
+            value, slope, _ = self.spline.basis(np.array([k * (m - 1)]), nodes[[-k]] - nodes[[k * (m - 1)]])[:, :, 0]
             _, c1, c2 = outer.jerk[:, :, k].T[:, :, None]
             jerk = (c1 * q / 1.5 + c2 * dq) * value - c2 * q * slope
             linear = scale * outer.linear[:, 1, k, None] * q * value

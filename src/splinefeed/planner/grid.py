@@ -20,6 +20,10 @@ CHANGE, SLOW = 0.2, 1e-3
 LEAST = 1e-60
 #: Where nothing limits the jerk, acceleration builds up in the inverse of this share of the time to the top feed.
 ABRUPT = 100.0
+#: Length of cells next to rest, as a share of their distance from it.
+GROWTH = 0.35
+#: Cells near an end in motion are those within so many times the way on which the motion surely comes to rest.
+AHEAD = 2.0
 #: Cells in a window along which nothing changes.
 STEADY = 30.0
 #: The feed changes where the acceleration along the path is above the inverse of this share of what is possible.
@@ -189,7 +193,7 @@ def lay(
     high: float,
     ends: tuple[End, End],
     size: float,
-    growth: float,
+    fine: float,
 ) -> tuple[Array, BoolArray]:
     """Lay nodes between the ramps at both ends.
 
@@ -207,8 +211,8 @@ def lay(
         How the motion is there.
     size : float
         Of cells, see `density`.
-    growth : float
-        Length of cells next to rest, as a share of their distance from it.
+    fine : float
+        Length of cells near ends in motion, as a share of what they would be else.
 
     Returns
     -------
@@ -222,6 +226,10 @@ def lay(
     edges = np.concatenate([[begin], conditions.inside(begin + ramps[0], end - ramps[1]), [end]])
     edges = _worth_a_cell(conditions, samples.s, q, _with_reach(conditions, samples.s, q, edges))
     wanted = density(samples, np.maximum(q, 2.0 * samples.push * max(ramps)), size) + STEADY / (high - low)
+    for state, far in zip(ends, (samples.s - low, high - samples.s), strict=True):
+        braking = 0.5 * state.q / samples.push + state.q**0.5 * samples.push / samples.twist
+        wanted[far <= AHEAD * braking] /= fine
+    growth = GROWTH * fine
     total = _total(samples.s, wanted)
     at = np.interp(edges, samples.s, total)
     counts = np.maximum(np.ceil(np.diff(at) - ALMOST), 1.0)

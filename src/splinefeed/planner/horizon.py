@@ -28,13 +28,16 @@ RAMP = 0.01
 TURN = 0.05
 #: The first guess of q, as a share of what limits of velocity and acceleration allow or of another solution.
 GUESS = 0.6
-#: Length of cells next to rest, as a share of their distance from it.
-GROWTH = 0.35
 #: Share of every limit, as a factor on q, that motion leaves which is planned again: cells then lie elsewhere, and a
 #: motion from a state on it at its very limits might not keep them.
 YIELDING = 3e-3
 #: What the audit may not see of a peak between its places, as a factor on q: 3e-6 was found.
 UNSEEN = 1e-5
+#: How much of the time of a window the feed counts that is sought at an end, first and then: much leads past no motion
+#: that is slower on the way, and with little a slower one may end sooner.
+COUNTS = 0.25, 4.0
+#: What of a state may be missing, as a factor on q, where it is thought to be in reach: more is not from rounding.
+REACHED = 1e-3
 #: Places at which a piece of another motion is looked at.
 LOOKED = 9
 #: Cells on either side of one that is held lower that change with it, if these are no more than this share of all.
@@ -62,10 +65,9 @@ class SolverSettings:
         Whether a lower bound of the time is wanted.
     spare : float, optional
         Share of every limit, as a factor on q, that a motion with an end in motion leaves.
-    growth : float, optional
-        Length of cells next to rest, as a share of their distance from it.
-    alone : bool, optional
-        Whether what bends within a step of a place is left to the setpoints, see `Conditions.rows`.
+    fine : float, optional
+        Length of cells near ends in motion, as a share of what they would be else. Where that is below 1 what bends
+        within a step of a place is left to the setpoints, see `Conditions.rows`.
     """
 
     cell: float
@@ -75,8 +77,7 @@ class SolverSettings:
     yielding: bool = False
     bounded: bool = False
     spare: float = 0.0
-    growth: float = GROWTH
-    alone: bool = False
+    fine: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,12 +91,16 @@ class Plan:
     bound : float
         A lower bound of its time, s.
     over : float
-        The largest share of a limit in it, as a factor on q.
+        The largest share of a limit in it, as a factor on q; infinite where it is not the motion asked for.
+    share : float, optional
+        The largest share of the states at its ends, as a factor on q, between which its cells allow a motion: where it
+        is below 1, that motion.
     """
 
     pieces: MotionPieces
     bound: float
     over: float
+    share: float = 1.0
 
     def q(self, samples: Samples) -> Array:
         """Its q at samples (n,), mm^2/s^2, and not almost 0."""
@@ -144,8 +149,9 @@ class Horizon:
     ) -> None:
         self.conditions, self.samples, self.ends, self.low, self.high = conditions, samples, ends, low, high
         q = samples.q if known is None else known
-        self.q, self.known, self.alone = q, known is not None, mode.alone
-        nodes, jumps = laid or lay(conditions, samples, q, low, high, ends, mode.cell, mode.growth)
+        self.known = known is not None
+        self.q, self.alone = q, mode.fine < 1.0
+        nodes, jumps = laid or lay(conditions, samples, q, low, high, ends, mode.cell, mode.fine)
         self.nodes, self.jumps = nodes, jumps
         self.spline = Spline.on(nodes, jumps, conditions.slope_jumps_at(nodes, jumps))
         cell, part, weight, shift = _with_breaks(conditions, nodes, *_simpson(nodes, jumps))
@@ -156,8 +162,9 @@ class Horizon:
         self.cell = cell
         self.beside = np.clip(cell + np.where(part == 1.0, 1, np.where(part == 0.0, -1, 0)), 0, len(h) - 1)
         self.own = jumps[cell + (part == 1.0)] & ((part == 0.0) | (part == 1.0))  # of two places at one node
+        self.x, self.weight = x, weight
         self.free = self.rows(None)
-        self.problem = Problem(self.spline, cell, x, weight, self.free, ends)
+        self.between(ends, COUNTS[0])
 
     def __len__(self) -> int:
         return len(self.nodes) - 1
@@ -173,9 +180,42 @@ class Horizon:
         new = Horizon(self.conditions, self.samples, q, self.ends, self.low, self.high, mode, laid=laid)
         return new, np.clip(np.searchsorted(self.nodes, new.nodes[:-1], side="right") - 1, 0, len(self) - 1)
 
+    def between(self, ends: tuple[End, End], counts: float = 0.0) -> None:
+        """Make the problem between these ends; a feed that is sought counts as so much of the time of the window."""
+        weight = self.weight.copy()
+        time = np.sum(weight / np.sqrt(np.interp(self.x, self.samples.s, self.q)))
+        for end, place in zip(ends, (0, -1), strict=True):
+            if end.at_most:
+                weight[place] += counts * time * end.q**0.5
+        self.problem = Problem(self.spline, self.cell, self.x, weight, self.free, ends)
+        self.hold(np.ones((3, len(self))))
+
+    def arrived(self, c: Array, factor: Array, tolerance: float) -> Solution:
+        """The solution between the states at the ends, or as near to them as cells allow: see `share`."""
+        start, stop = (dataclasses.replace(end, at_most=False) for end in self.ends)
+        z: Array | None = None
+        for counts in COUNTS:
+            self.between(self.ends, counts)
+            self.hold(factor)
+            found = solve(self.problem, c, tolerance, z)
+            c, z = found.c, found.z
+            if self.share(c) > 1.0 - REACHED:
+                self.between((start, stop))
+                self.hold(factor)
+                return solve(self.problem, c, tolerance, z)
+        return found
+
     def hold(self, factor: Array) -> None:
         """Have q lower by factors on cells (3, n), see `Rows.tightened`; a node counts for both of its cells."""
-        self.problem.hold(self.free.tightened(np.minimum(factor[:, self.cell], factor[:, self.beside])))
+        rows = self.free.tightened(np.minimum(factor[:, self.cell], factor[:, self.beside]))
+        for end, place in zip(self.problem.ends, (0, -1), strict=True):
+            if end.at_most:
+                rows.top[place] = end.q
+        self.problem.hold(rows)
+
+    def share(self, c: Array) -> float:
+        """The share of the states at the ends that a solution c has, as a factor on q: the smaller one."""
+        return min(float(c[place] / end.q) for end, place in zip(self.ends, (0, -1), strict=True) if not end.rest)
 
     def rise(self, way: float, cells: BoolArray, least: float) -> None:
         """Have the tip speed up (`way` 1) or slow down (-1) over these cells (n,), by `least`, mm/s^2, or more.
@@ -186,7 +226,7 @@ class Horizon:
         both, any_of = (np.where(self.own, cells[self.cell], each) for each in (both, any_of))
         for end, place in zip(self.ends, (0, -1), strict=True):
             if not end.rest:
-                both[place] = any_of[place] = False  # the state there is given
+                any_of[place] = False  # the state there is given
         rows = self.rows(np.where(both, way, 0.0))
         low = np.where(any_of, 1.0, -FREE)[None]
         signed = np.stack(self.tip)[None] * (way * any_of / least)
@@ -211,31 +251,21 @@ class Horizon:
         Returns
         -------
         (m,) array
-            A share of the least q that is thought to be where each acts, less next to rest; from rest to rest so little
-            that every row holds: a solution from there hangs less on rounding. Towards an end in motion more and more
-            what another motion does there, as far as that is known: a state at its limits allows no bend away from it.
+            A share of the least q that is thought to be where each acts, or towards a state another motion's q, less
+            next to rest, and so little that every row holds: a solution from there hangs less on rounding.
         """
         at, size = self.spline.greville(), self.spline.size
         thought = np.interp(self.spline.t, self.samples.s, self.q)
         c: Array = GUESS * np.min([thought[k : k + size] for k in range(DEGREE + 2)], axis=0)
+        if self.known and any(end.at_most for end in self.ends):
+            c = np.interp(at, self.samples.s, self.q)
         for end, away, place in ((self.ends[0], at - self.low, 0), (self.ends[1], self.high - at, -1)):
             if end.rest:
                 ramp = (np.maximum(away, end.ramp) / end.ramp) ** (4.0 / 3.0)
                 c = np.minimum(c, 0.9 * self.problem.rows.top[place] * ramp)
-                continue
-            if end.free:
-                continue
-            far = np.abs(self.samples.s - (self.low, self.high)[place])
-            if self.known:
-                near = np.maximum(1.0 - away * self.samples.push / end.q, 0.0)
-                c += near * (np.interp(at, self.samples.s, self.q) * end.q / self.q[np.argmin(far)] - c)
-            # it slows down as it surely can, or as it must where only half of its q or less is possible
-            must = (end.q - 2.0 * self.q) / np.maximum(far, TINY)
-            c = np.maximum(c, end.q - max(2.0 * self.samples.push, float(np.max(must))) * away)
-        if all(end.rest for end in self.ends):
-            q, slope, bend = self.problem.look(self.problem.complete(c))[0]
-            v = np.sqrt(np.maximum(q, TINY))
-            c = c / max(1.0, float(np.max(self.problem.rows.shares(v, 0.5 * slope, 0.5 * v * bend))))
+        q, slope, bend = self.problem.look(self.problem.complete(c))[0]
+        v = np.sqrt(np.maximum(q, TINY))
+        c /= max(1.0, float(np.max(self.problem.rows.shares(v, 0.5 * slope, 0.5 * v * bend))))
         return c
 
     def of_cells(self, shares: Array) -> Array:
@@ -262,7 +292,7 @@ class Horizon:
                 unit = _ramp_unit(self.conditions, place, way * end.ramp)
                 if unit > 0.0:
                     top[at] = min(top[at], (4.5 * end.ramp**2 / unit) ** (2.0 / 3.0))
-            elif not end.free:
+            else:
                 top[at], rows.low[:, at], rows.high[:, at] = FREE**2, -FREE, FREE
         return dataclasses.replace(rows, top=top)
 
@@ -291,7 +321,8 @@ def plan_window(
     mode : SolverSettings
         How closely to plan.
     exact : bool, optional
-        Whether the audit holds it to 1, not to 1 + `mode.tolerance`: for motion that is not slowed down afterwards.
+        Whether the audit holds it to 1, not to 1 + `mode.tolerance`: for motion that is not slowed down afterwards, as
+        one with an end in motion never is.
     known : Samples, optional
         From `low` to `high` or further.
     like : Plan, optional
@@ -304,6 +335,7 @@ def plan_window(
     """
     if not high - low > SAME * conditions.track.length:
         raise PlanError(f"{conditions.between(low, high)} a limit leaves almost no feed")
+    exact |= max(start.feed, stop.feed) > 0.0
     samples = sample(conditions, low, high, start.feed**2, stop.feed**2, known)
     if samples.push == np.inf:
         raise PlanError(f"{conditions.between(low, high)} nothing limits the acceleration or jerk")
@@ -333,7 +365,12 @@ def plan_window(
         solution = None
         if before is not None and z is not None:  # what was over a limit is solved again near itself only
             solution = window.solved_near(near, c, mode.tolerance, z)
-        if solution is None:
+        if any(end.at_most for end in window.problem.ends):
+            solution = window.arrived(c, factor, mode.tolerance)
+            share = window.share(solution.c)
+            if share < 1.0:
+                return Plan(pieces_of(window.spline, solution.c, ends), 0.0, np.inf, share)
+        elif solution is None:
             solution = solve(window.problem, c, mode.tolerance, z)
         c, z = solution.c, solution.z
         if k == 0 and mode.bounded:
@@ -341,14 +378,16 @@ def plan_window(
         pieces = pieces_of(window.spline, c, ends)
         shares, below = worst_shares(conditions, pieces, high, before)
         broken = ~np.isfinite(np.max(window.of_cells(shares), axis=0))
-        lost = exact and not solution.kept and (k == 0 or bool(np.any(broken)))
+        most = float(np.max(shares))
+        gained = most < min((plan.over for plan in found), default=np.inf)  # what cannot be tightened gains nothing
+        lost = exact and not solution.kept and (k == 0 or bool(np.any(broken)) or not gained)
         if np.any(broken) and k < 2 * ROUNDS and not lost:  # q falls to nothing between places
             window, was = window.again(c, mode, broken)
             factor, goal, often = factor[:, was], goal[:, was], often[:, was]
             c, z, before = window.guess(), None, None
             continue
         before = pieces, shares, below
-        found.append(Plan(pieces, bound, float(np.max(shares))))
+        found.append(Plan(pieces, bound, most))
         over = window.of_cells(shares) / goal
         if lost or np.max(over) <= 1.0 or (k >= ROUNDS and found[-1].over <= 1.0 + KEPT):
             break
@@ -387,8 +426,7 @@ def _turned(conditions: Conditions, window: Horizon, c: Array, mode: SolverSetti
     Notes
     -----
     Which limit holds depends on the sign of the tip's acceleration. Where it may be either the lower one does; over
-    cells that clearly have the sign of the higher one, that, and the sign is held. Where a state at an end allows no
-    lower one, signs are first looked for under the higher limit.
+    cells that clearly have the sign of the higher one, that, and the sign is held.
     """
     limits = conditions.limits
     way = 1.0 if limits.deceleration_jerk is None or limits.jerk > limits.deceleration_jerk else -1.0
@@ -396,8 +434,6 @@ def _turned(conditions: Conditions, window: Horizon, c: Array, mode: SolverSetti
     for left in range(ROUNDS, 0, -1):
         found = solve(window.problem, c, mode.tolerance)
         if not found.kept:
-            if left == ROUNDS:
-                window.problem.hold(window.rows(np.full(len(window.at), way)))
             found = solve(window.problem, window.guess(), mode.tolerance)
         c = found.c
         y = window.problem.look(window.problem.complete(c))[0]
@@ -412,7 +448,7 @@ def _turned(conditions: Conditions, window: Horizon, c: Array, mode: SolverSetti
             window, was = window.again(c, mode, beside & ~clear)
             clear, c = clear[was], window.guess()
         window.rise(way, clear, 0.5 * level)
-        window.problem.hold(window.free)
+        window.hold(np.ones((3, len(window))))
     return window, c
 
 
@@ -429,7 +465,8 @@ def _ends(
         moving = state.feed > 0.0
         turn = float(np.max(samples.turn, initial=0.0, where=np.abs(samples.s - place) <= RAMP * beside))
         ramp = max(min(RAMP * beside, TURN / max(turn, TINY)), ALMOST * (high - low))  # arc length must resolve it
-        ends.append(End(q=state.feed**2, slope=2.0 * state.acceleration) if moving else End(ramp=ramp))
+        known = End(q=state.feed**2, slope=2.0 * state.acceleration, at_most=True)
+        ends.append(known if moving else End(ramp=ramp))
     return ends[0], ends[1]
 
 

@@ -122,11 +122,11 @@ def pieces_of(spline: Spline, c: Array, ends: tuple[End, End]) -> MotionPieces:
     h = np.diff(nodes)
     n = len(h)
     cell = np.repeat(np.arange(n), len(GAUSS))
-    q = spline.combine(spline.basis(cell, (nodes[:-1, None] + h[:, None] * GAUSS).ravel()), cell, c)[0]
+    q = spline.combine(spline.basis(cell, (h[:, None] * GAUSS).ravel()), cell, c)[0]
     q = np.maximum(q, SAME * np.max(q))  # between places that are above 0 it may not be: the audit sees that
     spans = h * np.einsum("nk,k->n", (1.0 / np.sqrt(q)).reshape(n, -1), WEIGHTS)
     at = np.minimum(np.arange(n + 1), n - 1)
-    y = spline.combine(spline.basis(at, nodes), at, c)
+    y = spline.combine(spline.basis(at, nodes - nodes[at]), at, c)
     v, a = np.sqrt(np.maximum(y[0], SAME * np.max(y[0]))), 0.5 * y[1]
     a0, a1 = a[:-1].copy(), a[1:] - 0.5 * spline.slope_jumps[1:] * y[0, 1:]
     start, stop = ends

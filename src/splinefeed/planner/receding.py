@@ -131,7 +131,7 @@ class RecedingHorizon:
         try:
             with np.errstate(all="ignore"):  # what is not a number is not a motion to take
                 if max(self.state.feed, into.feed) > 0.0:
-                    plan = plan_from(conditions, self.low, near, self.state, into, mode, self.samples)
+                    plan = plan_from(conditions, self.low, near, self.state, into, mode, known=self.samples)
                 else:
                     plan = plan_window(
                         conditions, self.low, near, self.state, into, mode, exact=True, known=self.samples

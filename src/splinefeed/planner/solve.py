@@ -44,26 +44,26 @@ GAINED = 0.3
 class End:
     """One end of a window: q and q' there, or rest, behind a ramp of this length, mm, on which q goes with s^(4/3).
 
-    Without a ramp and with q = 0 it is free.
+    With `at_most` both q and q' may be any one share of what they are, up to 1.
     """
 
     ramp: float = 0.0
     q: float = 0.0
     slope: float = 0.0
+    at_most: bool = False
 
     @property
     def rest(self) -> bool:
         """Whether the motion begins or ends at rest here."""
         return self.ramp > 0.0
 
+    def steepness(self, side: float) -> float:
+        """q' / q inwards, 1/mm (`side` 1 at the start)."""
+        return 4.0 / 3.0 / self.ramp if self.rest else side * self.slope / self.q
+
     def way(self, side: float) -> float:
         """Over half of this way, mm, q would vanish with the slope it has here, inwards (`side` 1 at the start)."""
         return 0.5 * self.q / (-side * self.slope) if side * self.slope < 0.0 else np.inf
-
-    @property
-    def free(self) -> bool:
-        """Whether the state here is anything."""
-        return self.ramp == 0.0 and self.q == 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +111,7 @@ class Problem:
         self, spline: Spline, cell: IntArray, x: Array, weight: Array, rows: Rows, ends: tuple[End, End]
     ) -> None:
         self.spline, self.cell, self.weight, self.ends = spline, cell, weight, ends
-        self.basis = spline.basis(cell, x)
+        self.basis = spline.basis(cell, x - spline.nodes[cell])
         self.size, self.first = spline.size, spline.first[cell]
         self.gather = self.first + np.arange(DEGREE + 1)[:, None]
         self.offset = np.zeros((3, len(x)))
@@ -153,17 +153,15 @@ class Problem:
         return part, used, at
 
     def _hold(self, end: End, side: int) -> None:
-        """Take the coefficients that an end decides out of the basis: q' = 4/3 q / ramp at rest, else q and q'."""
+        """Take the coefficients that an end decides out of the basis: one by q' / q, or both by q and q'."""
         t, n = self.spline.t, self.spline.size
         outer, inner, step = (0, 1, (t[4] - t[1]) / DEGREE) if side > 0 else (n - 1, n - 2, (t[-2] - t[-5]) / DEGREE)
-        if end.rest:
-            tie = 1.0 / (1.0 + 4.0 / 3.0 * step / end.ramp)
+        if end.rest or end.at_most:
+            tie = 1.0 / (1.0 + step * end.steepness(side))
             self.ties[outer] = tie
             k, at = np.nonzero(self.gather == outer)
             self.basis[:, k + side, at] += tie * self.basis[:, k, at]
             self.basis[:, k, at] = 0.0
-            return
-        if end.free:
             return
         for index, value in ((outer, end.q), (inner, end.q + side * end.slope * step)):
             k, at = np.nonzero(self.gather == index)

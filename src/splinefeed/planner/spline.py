@@ -54,12 +54,13 @@ class Spline:
         return len(self.t) - DEGREE - 1
 
     def basis(self, cell: IntArray, x: Array) -> Array:
-        """Values, first and second derivatives (3, 4, n) of the four splines that reach into cells (n,), at x (n,), mm.
+        """Values, first and second derivatives (3, 4, n) of the four splines that reach into cells (n,).
 
+        At places x (n,), mm, from where the cells begin: far along a path that is finer than arc length itself.
         Cox and de Boor's recurrence and its derivative; The NURBS Book, eqs. (2.5) and (2.7).
         """
         t, span = self.t, self.first[cell] + DEGREE
-        around = {k: t[span + k] for k in range(1 - DEGREE, DEGREE + 1)}
+        around = {k: t[span + k] - self.nodes[cell] for k in range(1 - DEGREE, DEGREE + 1)}
         levels = [[np.ones(len(x))]]
         for p in range(1, DEGREE + 1):
             new = [np.zeros(len(x)) for _ in range(p + 1)]
@@ -87,8 +88,8 @@ class Spline:
             return basis
         cell, u = cell[some], np.zeros((3, len(some)))
         h = self.nodes[cell + 1] - self.nodes[cell]
-        for node, way in ((cell, 1.0), (cell + 1, -1.0)):
-            half, t = 0.5 * self.slope_jumps[node], way * (x[some] - self.nodes[node]) / h
+        for node, way, away in ((cell, 1.0, x[some]), (cell + 1, -1.0, h - x[some])):
+            half, t = 0.5 * self.slope_jumps[node], away / h
             u += half * np.stack([t * (1.0 - t) ** 2 * h, way * (1.0 - t) * (1.0 - 3.0 * t), (6.0 * t - 4.0) / h])
         value, slope, bend = basis[:, :, some]
         bent = [value, slope + u[1] * value, bend + 2.0 * u[1] * slope + (u[2] + u[1] ** 2) * value]
@@ -104,7 +105,7 @@ class Spline:
     def at(self, coefficients: Array, x: Array) -> Array:
         """q, q', q'' (3, n) at x (n,), mm."""
         cell = np.clip(np.searchsorted(self.nodes, x, side="right") - 1, 0, len(self.first) - 1)
-        return self.combine(self.basis(cell, x), cell, coefficients)
+        return self.combine(self.basis(cell, x - self.nodes[cell]), cell, coefficients)
 
     def combine(self, basis: Array, cell: IntArray, coefficients: Array) -> Array:
         """q, q', q'' (3, n) from a basis (3, 4, n) in cells (n,)."""

@@ -17,7 +17,7 @@ from splinefeed.planner.conditions import Conditions
 from splinefeed.planner.constants import ALMOST, HOPELESS, KEPT, SAME
 from splinefeed.planner.horizon import Plan, SolverSettings, plan_window
 from splinefeed.planner.law import MotionPieces, joined
-from splinefeed.planner.openings import over_at, plan_from
+from splinefeed.planner.openings import allowed_at
 from splinefeed.planner.receding import OutOfReachError, RecedingHorizon, plan_stretch
 from splinefeed.planner.shared import on_tick, with_dwells
 from splinefeed.planner.straight import straights
@@ -36,8 +36,8 @@ MODES = {
 POOR = 1.2
 #: Shares of the limits, as factors on q, that are left to slow a motion down by less than a period.
 SPARES = (1e-4, 1e-3, 1e-2)
-#: Halvings in which the nearest state is sought that limits allow.
-SOUGHT = 6
+#: So much less than the nearest state that cells allow is tried, as a factor on q, until a plan is made from there.
+LESS = (1e-3, 1e-2, 0.1, 0.5, 1.0)
 #: A corner is passed where that allows at least this share of the feed that a ramp at rest soon reaches; else it is a
 #: stop, as a feed next to nothing is.
 WORTH_PASSING = 0.02
@@ -441,50 +441,36 @@ def _out_of_reach(
 ) -> OutOfReachError:
     """The error for feeds at the ends that the limits do not allow: which, and the nearest that they do allow.
 
-    The nearest is sought in a short window, and is one that a plan was made from.
+    The nearest is that of the same motion slower, with no more acceleration than is allowed where it is, found in a
+    short window; a plan was made from it.
     """
     near = RecedingHorizon(low).reach(conditions, MODES[LOOK_AHEAD], high)  # what lies behind does not matter
     length = near - low
 
-    def tried(first: State, last: State, mode: SolverSettings | None = None) -> Plan | None:
+    def planned(first: State, last: State) -> Plan:
         begin, end = (low, near) if last.feed == 0.0 or near == high else (high - length, high)
         first, last = (first if begin == low else REST), (last if end == high else REST)
-        with suppress(PlanError):
-            if mode is None:
-                return plan_window(conditions, begin, end, first, last, MODES[LOOK_AHEAD], exact=True)
-            return plan_from(conditions, begin, end, first, last, mode)
-        return None
+        return plan_window(conditions, begin, end, first, last, replace(mode, bounded=False))
 
-    def possible(plan: Plan | None) -> bool:
-        return plan is not None and plan.over <= 1.0 + KEPT
-
-    at_end = stop.feed > 0.0 and (start.feed == 0.0 or possible(tried(start, REST)))
+    at_end = stop.feed > 0.0 and (start.feed == 0.0 or planned(start, REST).share == 1.0)
     given, place = (replace(stop, s=high), high) if at_end else (start, low)
-    calm = State(given.feed, 0.0, given.s)
+    allowed = allowed_at(conditions, place, given)
 
-    def written(share: float) -> State:
-        """A share of the state as messages write it, six digits, nearer to rest."""
-        v, a, down = (share, share**2, 1.0 - 5e-6) if whole else (1.0, share, 1.0)
-        feed, acceleration = (float(f"{each * down:.6g}") for each in (v * given.feed, a * given.acceleration))
-        return State(feed, acceleration if feed > 0.0 else 0.0, given.s)
+    def ends(state: State) -> tuple[State, State]:
+        return (start, state) if at_end else (state, stop)
 
-    def fits(state: State, mode: SolverSettings | None = None) -> bool:
-        ends = (start, state) if at_end else (state, stop)
-        return state.feed == 0.0 or possible(tried(*ends, mode))
-
-    whole = given.acceleration == 0.0 or not fits(calm)
-    least, most = 0.0, 1.0
-    if whole:
-        most = min(1.0 / over_at(conditions, place, given), 1.0) ** 0.5
-    if most < 1.0 and fits(written(most)):
-        least = most
-    else:
-        for _ in range(SOUGHT):
-            middle = 0.5 * (least + most)
-            least, most = (middle, most) if fits(written(middle)) else (least, middle)
-    while least > 2.0**-SOUGHT and not fits(written(least), mode):
-        least *= 0.8
-    found = written(least)
+    found, share = replace(REST, s=given.s), 0.0
+    with suppress(PlanError):
+        share = planned(*ends(allowed)).share
+    for less in LESS:
+        slower = share * (1.0 - less)
+        feed, acceleration = (
+            float(f"{each:.6g}") for each in (slower**0.5 * allowed.feed, slower * allowed.acceleration)
+        )
+        found = State(feed, acceleration if feed > 0.0 else 0.0, given.s)
+        with suppress(PlanError):
+            if feed == 0.0 or planned(*ends(found)).over <= 1.0 + KEPT:
+                break
     if given.acceleration != 0.0 or (at_end and place < conditions.track.length):
         up_to = f"up to s = {conditions.place(high if at_end else near):.6g} mm"
         return OutOfReachError(f"the limits {up_to} do not allow {given}; the nearest state they allow is {found}")
