@@ -189,6 +189,13 @@ def test_tips_of_sharp_bends_are_found(radius: float) -> None:
     assert np.any(np.isclose(path.breaks[:, None], s[None, :], rtol=1e-13))
 
 
+@pytest.mark.parametrize("width", [1e-2, 3e-2])
+def test_a_loop_that_hides_between_samples_is_found(width: float) -> None:
+    """x' + i y' = (u + i w)^2: |C'| = w^2 and |C''| = 2 w across it at the tip."""
+    path = Path([sample_curves.with_loop(0.4, width)])
+    assert np.max(path.sharp_bends[1]) == pytest.approx(2.0 / width**3, rel=1e-3)
+
+
 BENT = {f"radius {radius:g} mm": sample_curves.bent(radius) for radius in (1.1e-6, 1e-5, 1e-4, 1e-3)}
 PLANNED = {**sample_curves.TIPS, **BENT}
 

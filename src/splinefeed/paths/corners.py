@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinefeed.curves.differential import curvatures
+from splinefeed.kernels.layout import HIGH, LOW
 from splinefeed.paths.joined_curves import JoinedCurves
 from splinefeed.records import Array, BoolArray, IntArray
 from splinefeed.records.arrays import chunks
@@ -23,8 +25,18 @@ SAME_PLACE = 1e-14
 CURVATURE_JUMP = 1e-6
 #: Points processed at once: what bounds the memory that a path of a million lines takes.
 BLOCK = 1 << 16
-#: A bend is sharp if its radius is below this share of the length of its curve.
+#: Samples of an arc-length piece among which sharp bends are looked for, and curves looked at together.
+SAMPLES, TOGETHER = 9, 4096
+#: A bend is sharp if its radius, or the way over which its curvature rises and falls, is below this share of the
+#: length of its curve.
 SHARP = 1e-3
+#: A sample of a bend that is sharp in between has no more than so many times that radius.
+NEARLY = 8.0
+#: Curvature that is lower by less than this share in the next sample has no narrow peak.
+FALL = 1e-4
+#: Newton steps from between two samples to where |C'| is least, at most: where C'' all but vanishes there, too, each
+#: takes a third of the way. A step of this share of the parameter is rounding.
+STEPS, ROUNDING = 90, 1e-15
 
 
 @dataclass(frozen=True)
@@ -171,14 +183,92 @@ def _turn(path: JoinedCurves, sizes: Array, curve: IntArray, u: Array, side: str
 
 
 def sharp_bends(path: JoinedCurves) -> tuple[Array, Array]:
-    """Arc lengths (k,) of sharp bends, mm, and their curvature, 1/mm: where no piece beside a piece bends more.
+    """Arc lengths (k,) of sharp bends, mm, and their curvature, 1/mm.
 
-    Arc-length pieces are short where |C'| bends, so that samples of each see where the curvature peaks.
+    Arc-length pieces are short where |C'| bends, so that samples of each see where the curvature peaks; a parabola
+    through three of its radius, which is one near the tip of a parabola, says where. Only where |C'| is a polynomial
+    itself, and pieces are long, may a peak hide between samples: at a dip of |C'|, where C' . C'' = 0 (Newton's steps).
     """
-    bend, u = path._most_bent(path.shape[2])
-    curve = np.repeat(np.arange(len(path.flat)), np.diff(path.curve_rows)[:, 0] + 1)
-    same = curve[1:] == curve[:-1]
-    peak = bend * SHARP * np.diff(path.curve_starts)[curve] > 1.0
-    peak[1:] &= ~same | (bend[1:] > bend[:-1])
-    peak[:-1] &= ~same | (bend[:-1] >= bend[1:])
-    return path.arc_length(curve[peak], u[peak]), bend[peak]
+    bent = np.flatnonzero((path.flat.degrees > 1) | (path.flat.rational > 0))
+    found = [np.zeros((0, 2))]
+    size = np.diff(path.curve_starts)
+
+    def looked_at(curve: IntArray, u: Array) -> tuple[Array, Array]:
+        """|C'|^2 and the radius of curvature, mm."""
+        derivatives = path.evaluate(curve, u, 2) * path.weights
+        with np.errstate(divide="ignore"):
+            radius = 1.0 / curvatures(derivatives)
+        return np.sum(derivatives[:, 1] ** 2, axis=1), radius
+
+    for first in range(0, len(bent), TOGETHER):
+        some = bent[first : first + TOGETHER]
+        rows = path.curve_rows[some]
+        counts = rows[:, 1] - rows[:, 0] + 1
+        index = np.arange(counts.sum()) + np.repeat(rows[:, 0] - np.cumsum(counts) + counts, counts)
+        curve = np.repeat(some, SAMPLES * counts)
+        low, high = path.table[index, LOW], path.table[index, HIGH]
+        u = (low[:, None] + (high - low)[:, None] * (np.arange(SAMPLES) + 0.5) / SAMPLES).ravel()
+        same = (curve[1:-1] == curve[:-2]) & (curve[1:-1] == curve[2:])
+        values = looked_at(curve, u)
+        for value in values:
+            before, here, after = value[:-2], value[1:-1], value[2:]
+            dip = same & (here <= np.minimum(before, after)) & (here < np.maximum(before, after))
+            dip = 1 + np.flatnonzero(dip & ((value is values[0]) | (here < NEARLY * SHARP * size[curve[1:-1]])))
+            at, owner = u[dip], curve[dip]
+            if not len(dip):
+                continue
+            places = _least(*(u[dip + k] for k in (-1, 0, 1)), *(value[dip + k] for k in (-1, 0, 1)))
+            radius = looked_at(owner, places)[1]
+            if value is values[0]:
+                near = np.flatnonzero(radius < NEARLY * SHARP * size[owner])
+                places[near] = _slowest(path, owner[near], places[near], u[dip[near] - 1], u[dip[near] + 1])
+                radius[near] = looked_at(owner[near], places[near])[1]
+            at, least = np.where(radius < values[1][dip], places, at), np.minimum(radius, values[1][dip])
+            sharp = least < SHARP * size[owner]
+            if value is values[1]:
+                sharp |= _rise(path, owner, u, dip, at, value, least) < SHARP * size[owner]
+            with np.errstate(divide="ignore"):
+                found.append(np.column_stack([path.arc_length(owner, at), 1.0 / least])[sharp])
+    tips = np.concatenate(found)
+    tips = tips[np.argsort(tips[:, 0])]
+    # nearer than their radius they are one, the sharpest
+    gap = np.diff(tips[:, 0], prepend=-np.inf)
+    together = np.cumsum((gap * tips[:, 1] > 1.0) | (gap > SHARP * path.length))
+    tips = tips[np.lexsort((-tips[:, 1], together))]
+    apart = np.diff(np.sort(together), prepend=0) > 0
+    return tips[apart, 0], tips[apart, 1]
+
+
+def _rise(
+    path: JoinedCurves, curve: IntArray, u: Array, dip: IntArray, at: Array, radius: Array, least: Array
+) -> Array:
+    """The way w, mm, over which curvature k rises to its peak at `at` (n,) and falls: k (1 - d^2/w^2) at d beside."""
+    s = path.arc_length(curve, at)
+    ways = []
+    for beside in (dip - 1, dip + 1):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            fall = 1.0 - least / radius[beside]
+            ways.append(np.where(fall > FALL, np.abs(path.arc_length(curve, u[beside]) - s) / fall**0.5, np.inf))
+    return np.maximum(*ways)
+
+
+def _slowest(path: JoinedCurves, curve: IntArray, u: Array, low: Array, high: Array) -> Array:
+    """Parameters (n,) between `low` and `high` at which |C'| is least: Newton's steps on C' . C'' = 0 from u (n,)."""
+    step = np.full(len(u), np.inf)
+    for _ in range(STEPS):
+        if not np.any(np.abs(step) > ROUNDING * np.abs(u)):
+            break
+        one, two, three = np.moveaxis(path.evaluate(curve, u, 3)[:, 1:] * path.weights, 1, 0)
+        bend = np.abs(np.sum(two * two, axis=1) + np.sum(one * three, axis=1))
+        step = np.sum(one * two, axis=1) / np.where(bend > 0.0, bend, np.inf)
+        u = np.clip(u - step, low, high)
+    return u
+
+
+def _least(a: Array, b: Array, c: Array, at_a: Array, at_b: Array, at_c: Array) -> Array:
+    """Where parabolas through three values each are least, (n,), between the outer places."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        left, right = (at_b - at_a) / (b - a), (at_c - at_b) / (c - b)
+        at = 0.5 * (a + b) - 0.5 * left * (c - a) / (right - left)
+    found: Array = np.clip(np.where(np.isfinite(at), at, b), a, c)
+    return found

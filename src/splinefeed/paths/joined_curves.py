@@ -16,7 +16,7 @@ from splinefeed.curves.packed import Flat, Packed
 from splinefeed.curves.pieces import Pieces, clipped, derivatives, is_left
 from splinefeed.curves.tables import arc_pieces, span_pieces
 from splinefeed.errors import InputError, LimitsError
-from splinefeed.kernels.layout import HIGH, LOW, MIDDLE, SCALE
+from splinefeed.kernels.layout import HIGH, LOW
 from splinefeed.paths.each_curve import Marker
 from splinefeed.paths.gaps import widths
 from splinefeed.paths.track import GOES, Track
@@ -480,21 +480,12 @@ class JoinedCurves(Track):
 
     def minimum_radius(self) -> float:
         """Least radius of curvature, mm, over a sampling of every arc-length piece; infinite for straight lines."""
-        top = float(np.max(self._most_bent(self.linear)[0]))
-        return 1.0 / top if top > 0.0 else float("inf")
-
-    def _most_bent(self, axes: int) -> tuple[Array, Array]:
-        """Largest curvature of every arc-length piece over the first axes by samples, 1/mm, and u there, (pieces,)."""
         degree, _, _, rational = self.shape
-        table = self.table
-        most, u = np.zeros(len(table)), table[:, LOW].copy()
+        table, top = self.table, 0.0
         for part in chunks(len(table) if degree > 1 or rational else 0, CHUNK // len(CURVATURE_PLACES)):
             c = np.repeat(table[part].T, len(CURVATURE_PLACES), axis=1)
             d = np.empty((c.shape[1], 3, len(self.axes)))
             derivatives(c, self.shape, np.tile(CURVATURE_PLACES, len(table[part])), 2, d)
-            bend = curvatures(d, axes).reshape(-1, len(CURVATURE_PLACES))
-            bend[~np.isfinite(bend)] = 0.0
-            at = np.argmax(bend, axis=1)
-            most[part] = bend[np.arange(len(at)), at]
-            u[part] = table[part, MIDDLE] + CURVATURE_PLACES[at] / table[part, SCALE]
-        return most, np.clip(u, table[:, LOW], table[:, HIGH])
+            bend = curvatures(d, self.linear)
+            top = max(top, float(np.max(bend, initial=0.0, where=np.isfinite(bend))))
+        return 1.0 / top if top > 0.0 else float("inf")

@@ -339,7 +339,7 @@ class Path(JoinedCurves):
 
     @cached_property
     def sharp_bends(self) -> tuple[Array, Array]:
-        """Arc lengths (k,) of sharp bends, mm, in order, and their curvature, 1/mm, by samples."""
+        """Arc lengths (k,) of sharp bends, mm, in order, and their curvature, 1/mm."""
         return sharp_bends(self)
 
     @cached_property

@@ -91,7 +91,7 @@ class Plan:
     bound : float
         A lower bound of its time, s.
     over : float
-        The largest share of a limit in it, as a factor on q; infinite where it is not the motion asked for.
+        The largest share of a limit in it, as a factor on q; infinite where its states are not those given.
     share : float, optional
         The largest share of the states at its ends, as a factor on q, between which its cells allow a motion: where it
         is below 1, that motion.
