@@ -33,6 +33,8 @@ _METADATA = "# metadata: "
 _TAIL = 64
 #: Fields that a streamer component takes.
 MAX_FIELDS = 21
+#: A feed below this share of the largest is rest: what is left of it is rounding.
+ROUNDING = 1e-12
 #: A last step that differs from the period by more than this part of it is worth a comment.
 SHORT = 1e-6
 #: Ticks that one velocity is taken from, and steps that are worked on at once.
@@ -159,7 +161,7 @@ def write_pvt(points: Setpoints, file: Path) -> None:
 
 
 def _velocity(ticks: Setpoints, places: IntArray) -> Array:
-    """Estimate velocities at ticks; 0 where the planned feed is 0.
+    """Estimate velocities at ticks; 0 where the planned feed is 0 but for rounding.
 
     Parameters
     ----------
@@ -195,5 +197,5 @@ def _velocity(ticks: Setpoints, places: IntArray) -> Array:
     weights = np.where(own, 0.0, w / w[own][:, None] / np.where(own, 1.0, ticks.t[places][:, None] - t))
     way = ticks.position[index] - ticks.position[places][:, None]
     velocity: Array = np.einsum("nj,nja->na", weights, way)
-    velocity[ticks.feed[places] == 0.0] = 0.0  # q' = (dq/ds) feed
+    velocity[np.abs(ticks.feed[places]) <= ROUNDING * np.max(np.abs(ticks.feed))] = 0.0  # q' = (dq/ds) feed
     return velocity
