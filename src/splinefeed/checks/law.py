@@ -212,6 +212,16 @@ def _corner_notes(law: TimeLaw, bounds: Bounds, top: float) -> Iterator[str]:
         )
 
 
+def _least_feeds(law: TimeLaw, s: Array, rounding: float) -> Array:
+    """Least feed of a law within the rounding of arc lengths s (n,), mm/s: where it rests, it is 0 at a break there."""
+    first, last = times_at(law, s - rounding), times_at(law, s + rounding)
+    least: Array = np.minimum(motion_at(law, first, 1), motion_at(law, last, 1))
+    begin, end = np.searchsorted(law.breaks, first, "left"), np.searchsorted(law.breaks, last, "right")
+    for k in np.flatnonzero(end > begin):
+        least[k] = min(least[k], float(np.min(motion_at(law, law.breaks[begin[k] : end[k]], 1))))
+    return np.maximum(least, 0.0)
+
+
 @dataclass(frozen=True, eq=False)
 class OnPath:
     """What the path has at n places, in the order of a raveled array.
@@ -343,8 +353,7 @@ class LawMotion:
     def corner_steps(self, corners: slice) -> tuple[Array, Array]:
         """When the law passes some corners, s, (k,), and by how much the velocity of each axis steps, (k, axes)."""
         s, jumps = self.bounds.corners.s[corners], self.bounds.corners.jumps[corners]
-        around = (motion_at(self.law, times_at(self.law, s + side), 1) for side in (-self.rounding, self.rounding))
-        return times_at(self.law, s), np.maximum(np.minimum(*around), 0.0)[:, None] * jumps
+        return times_at(self.law, s), _least_feeds(self.law, s, self.rounding)[:, None] * jumps
 
     def _look(
         self, piece: IntArray, row: IntArray, tau: Array, worsts: dict[str, Worst], everything: bool = False

@@ -127,9 +127,8 @@ class Placer:
             wrong = index[
                 ~((place.apart[index] <= allowed) & (place.turned[index] <= allowed) | rows.still[row[index]])
             ]
-            if 0 < rows.linear < rows.axes and len(
-                wrong
-            ):  # by how much rotary axes are off says the linear ones' place
+            if 0 < rows.linear < rows.axes and len(wrong):
+                # the place of the linear ones says by how much rotary axes are off
                 found = NearestOnPath(rows).near(position[: rows.linear, wrong], place.s[wrong])
                 row[wrong], u[wrong] = found.row, self.parameter(found)
                 place = self._at(row, u, position)
