@@ -28,7 +28,8 @@ from splinefeed.records import State
 OVER = 1e-7
 #: Cells, as shares of those of the first try, where the motion from the nearest state shows the way.
 FINER = 1 / 4, 1 / 16
-#: ... which is so near, as a factor on q, that finer cells may make up for what is missing.
+#: ... (only the first of them in a window that goes on: from a motion on the finest ones the next window found none),
+#: which is so near, as a factor on q, that finer cells may make up for what is missing.
 NEARLY = 0.8
 
 
@@ -81,7 +82,7 @@ def plan_from(
                 released = _released(conditions, low, high, start, stop, mode)
                 if released is not None:
                     yield released
-        for finer in FINER:
+        for finer in FINER[:1] if mode.yielding else FINER:
             if nearest.share > least:
                 least = NEARLY
                 with suppress(PlanError):
