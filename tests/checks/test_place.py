@@ -46,6 +46,13 @@ def test_how_far_beside_the_path_they_are_is_known():
     assert placer.apart == pytest.approx(0.5)
 
 
+def test_how_far_beside_a_path_of_rotary_axes_alone_they_are_is_known_too() -> None:
+    turn = sf.Path([sf.NurbsCurve.bezier([[0.0, 0.0], [1.0, 0.0]])], axes=("a", "b"))
+    placer = Placer(turn)
+    placer.place(foreign([[0.0, 0.0], [0.5, 0.02], [1.0, 0.0]], axes=("a", "b")))  # rad
+    assert placer.apart == pytest.approx(0.02)
+
+
 def test_what_setpoints_say_of_their_arc_length_stands():
     assert Placer(SQUARE).place(foreign([[7.0, 7.0], [8.0, 8.0]], s=[-1e-9, 41.0])).tolist() == [0.0, 40.0]
 

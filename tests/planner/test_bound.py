@@ -9,6 +9,7 @@ from scipy.interpolate import BSpline
 from scipy.optimize import linprog
 
 import splinefeed as sf
+from splinefeed.planner import profiles
 from splinefeed.planner.bound import Dual, feasible, rows_of
 from splinefeed.planner.strategies import conditions_of
 
@@ -143,3 +144,14 @@ def test_between_setpoints_the_largest_q_within_a_step_counts() -> None:
     wanted = [min(own, np.max(rows.between[np.abs(s - at) <= step])) for at, own in zip(s, rows.own, strict=True)]
     assert rows_of(setting, s).top == pytest.approx(wanted, rel=1e-12)
     assert np.mean(np.array(wanted) < rows.own) > 0.1
+
+
+@pytest.mark.parametrize("length", [30.0, 1e-9])
+def test_on_a_line_it_is_no_more_than_the_profile_of_any_jerk_takes(length: float) -> None:
+    """Jerk beyond a million times the acceleration is planned as that, which costs up to a microsecond a ramp."""
+    path = sf.Path.polyline([[0.0, 0.0], [length, 0.0]])
+    limits = sf.Limits(feed=60, axis_acceleration=1000, axis_jerk=1e12)
+    law = sf.plan(path, limits, strategy="time-optimal", bound=True)
+    exact = float(profiles.solve(np.array([length]), 60.0, 1e3, 1e3, 1e12, 1e12, 0.0, 0.0).duration[0])
+    assert law.duration > exact * (1.0 + 1e-9)
+    assert exact - 5e-6 < law.settings.get("lower_bound_s", 0.0) <= exact

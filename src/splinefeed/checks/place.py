@@ -219,7 +219,7 @@ class Placer:
                 self._s = 0.0
         found = self.follow(position, 0.0)
         at = self._at(found.row, self.parameter(found), position)
-        self.apart = max(self.apart, float(np.max(at.apart, initial=0.0)))
+        self.apart = max(self.apart, float(np.max(at.apart if self.path.linear else at.turned, initial=0.0)))
         return np.clip(at.s, 0.0, self.rows.length)
 
     def _onward(self, q: Array, way: Array, slack: float, last: float, apart: float, found: Found, s: Array) -> int:

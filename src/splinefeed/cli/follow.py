@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -89,7 +90,9 @@ def follow(say: Say, setpoints: str, **given: Any) -> Page:
             names += files.save_figures(drawn.items(), stage, drawing)
             said += files.missing(drawing, page=False)
         if servo.off_path > 0.0:
-            said.append(f"the setpoints are off the path by at most {servo.off_path:.3g} mm")
+            linear = path is not None and path.linear > 0
+            far = f"{servo.off_path:.3g} mm" if linear else f"{math.degrees(servo.off_path):.3g} deg"
+            said.append(f"the setpoints are off the path by at most {far}")
         numbers = servo.tally.numbers()
         page = {
             "ok": numbers["stopped"] is None,

@@ -5,9 +5,10 @@ the limits are along the path alone, else `strategies`, the two modes of one pla
 `paths.track.Track`, makes cells (`grid`), `coordinates` and the `rows` of their limits under `conditions`, those of
 limits along the path by `path_rows`, and solves for q = feed^2, a `spline` (`solve`); `horizon` repeats it where the
 `audit` finds the motion over a limit, `receding` goes on from horizon to horizon, `stream` along paths without end,
-`timed` to wanted times. `straight`, `openings` are closed forms, `law` the motion in time, `ticks` slows it where
-setpoints are over a limit, `bound` says how far from the best it is; `shared` puts waits into a law, and instants on
-ticks; `constants` are shared numbers. `override/` runs a law faster and slower. docs/math/planner.md derives it.
+`timed` to wanted times. `straight` is a closed form, `openings` begins at limits, `law` is the motion in time, `ticks`
+slows it where setpoints are over a limit, `bound` says how far from the best it is; `shared` puts waits into a law, and
+instants on ticks; `constants` are shared numbers. `override/` runs a law faster and slower. docs/math/planner.md
+derives it.
 """
 
 from __future__ import annotations

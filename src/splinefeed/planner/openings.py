@@ -26,10 +26,10 @@ from splinefeed.records import State
 
 #: What a beginning in closed form may take of a limit beyond it: less than KEPT, more than states round by.
 OVER = 1e-7
-#: Cells, as shares of those of the first try, where the motion from the nearest state shows the way.
+#: Cells, as shares of those of the first try, where the motion from the nearest state shows the way. A window that goes
+#: on takes the first of them alone: from a motion on the finest ones the next window found none.
 FINER = 1 / 4, 1 / 16
-#: ... (only the first of them in a window that goes on: from a motion on the finest ones the next window found none),
-#: which is so near, as a factor on q, that finer cells may make up for what is missing.
+#: The nearest state is so near, as a factor on q, that finer cells may make up for what is missing.
 NEARLY = 0.8
 
 
@@ -74,9 +74,8 @@ def plan_from(
     def tries() -> Iterator[Plan]:
         nearest = plan_window(conditions, low, high, start, stop, mode, known=known)
         yield nearest
-        least = (
-            0.0 if conditions.limits.given(TICKS) else NEARLY
-        )  # steps of other places bind as long as cells are long
+        # limits between ticks bind by steps of other places, too, which finer cells leave to the setpoints
+        least = 0.0 if conditions.limits.given(TICKS) else NEARLY
         if nearest.share > least:
             with suppress(PlanError):
                 released = _released(conditions, low, high, start, stop, mode)

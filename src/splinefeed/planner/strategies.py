@@ -18,6 +18,7 @@ from splinefeed.planner.constants import ALMOST, HOPELESS, KEPT, SAME
 from splinefeed.planner.horizon import Plan, SolverSettings, plan_window
 from splinefeed.planner.law import MotionPieces, joined
 from splinefeed.planner.openings import allowed_at
+from splinefeed.planner.profiles import SHORTEST
 from splinefeed.planner.receding import OutOfReachError, RecedingHorizon, plan_stretch
 from splinefeed.planner.shared import on_tick, with_dwells
 from splinefeed.planner.straight import straights
@@ -286,8 +287,10 @@ def motion(
     for first, last in _runs(exact):
         if exact[first]:
             spans, shape = phases[first:last], shapes[first:last]
+            ramps = spans[:, ::2]
             seconds = np.sum(spans, axis=1)
-            bound += float(np.sum(seconds))
+            raised = (ramps > 0.0) & (ramps <= SHORTEST * (1.0 + ALMOST))  # they may take longer than jerk asks for
+            bound += float(np.sum(seconds)) - SHORTEST * int(np.sum(raised))
             before = float(instants[-1][-1])
             ends = before + np.cumsum(seconds)
             if period is not None:

@@ -130,7 +130,7 @@ class Servo:
 
     @property
     def off_path(self) -> float:
-        """How far setpoints without arc length lay from the path at the most, mm."""
+        """How far setpoints without arc length lay from the path at the most, mm, or rad where no axis is linear."""
         return 0.0 if self._placer is None else self._placer.apart
 
     def follow(self, setpoints: Setpoints, on_path: Setpoints | None = None) -> Response:
