@@ -5,8 +5,8 @@ Runs in LinuxCNC's own Python, which has the modules `linuxcnc` and `hal`. Argum
 recorded, what HAL's sampler samples (letters), and the most seconds that the program may take. Writes NAME.f64, one row
 of doubles a tick, and NAME.json. Instead of a program `-`: it homes, switches the machine off, writes NAME.ready, and
 records the second sampler until there is a NAME.stop. A file `actions` beside NAME.json has what the operator does, and
-when, s from its start: 1.5:feed=50,2:rapid=25,3:pause,3.5:resume,4:most=10,5:probe,6:abort; `patient` goes on in spite
-of messages; `set=PIN VALUE` sets a pin of HAL.
+when, s from its start: 1.5:feed=50,2:rapid=25,3:pause,3.5:resume,4:most=10,5:probe,6:abort; `step` waits until the
+machine stands; `patient` goes on in spite of messages; `set=PIN VALUE` sets a pin of HAL.
 """
 
 import array
@@ -63,6 +63,8 @@ class Machine:
         """Do what the operator does by now."""
         command, now = self.command, time.monotonic() - self.begin
         while self.todo and self.todo[0][0] <= now:
+            if self.todo[0][1] == "step" and self.status.current_vel:  # of a machine that was paused and still moves
+                return
             what = self.todo.pop(0)[1]
             self.acted.append((self.count(), what))
             word, _, value = what.partition("=")

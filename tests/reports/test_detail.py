@@ -139,7 +139,8 @@ def test_what_is_drawn_is_what_is_real_at_three_zooms(name, chromium, tmp_path, 
             near = (x > -drawn["wide"]) & (x < 2.0 * drawn["wide"])
             truth = columns(x[near], y[near], drawn["wide"])
             seen = columns(*(np.array(drawn[each], dtype=np.float64) for each in ("x", "y")), drawn["wide"])
-            beside = 1 + int(np.ceil(block / (stop - start) * drawn["wide"]))  # a block is told as an area, whole
+            whole = block + every.kept.period if block else 0.0  # an area has a block and the tick at its right edge
+            beside = 1 + int(np.ceil(whole / (stop - start) * drawn["wide"]))
             inside = slice(beside + 1, len(truth[0]) - beside - 1)  # the picture's edge has no neighbour
             for own, other, far in ((truth, seen, 1), (seen, truth, beside)):
                 shifts = range(-far, far + 1)
