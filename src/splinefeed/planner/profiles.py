@@ -8,7 +8,7 @@ Lengths in mm, times in s; arrays (n,) hold one number a stretch, and `Numbers` 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -62,6 +62,10 @@ class Profile:
     deceleration_jerk: Array
     start_feed: Array
     end_feed: Array
+
+    def part(self, some: slice) -> Profile:
+        """Those of some of the stretches."""
+        return Profile(*(getattr(self, each.name)[..., some] for each in fields(self)))
 
 
 def ramp(rise: Numbers, acceleration: Numbers, jerk: Numbers) -> tuple[Array, Array, Array, Array]:
@@ -193,22 +197,23 @@ def pieces(profile: Profile, begin: Array, end: Array) -> Array:
     return found
 
 
-def lay_out(profile: Profile, marks: Array, period: float | None) -> tuple[Array, Array]:
+def lay_out(profile: Profile, marks: Array, period: float | None, begin: float = 0.0) -> tuple[Array, Array]:
     """Breaks (m + 1,), s, and pieces (m, 6) of the profiles, one after the other between marks (n + 1,), mm.
 
-    With a period, s, each ends on a tick: from rest to rest it is slower as a whole, with one end in motion it waits at
-    the other one, with both it may end between ticks. A phase of no length, or too short for its time, makes no piece.
+    From `begin`, s. With a period, s, that is a tick, and each ends on one: from rest to rest it is slower as a whole,
+    with one end in motion it waits at the other one, with both it may end between ticks. A phase of no length, or too
+    short for its time, makes no piece.
     """
     seconds, many = profile.duration, len(profile.duration)
-    ends, wait, slower = np.cumsum(seconds), np.zeros(many), np.ones(many)
+    ends, wait, slower = begin + np.cumsum(seconds), np.zeros(many), np.ones(many)
     starting, ending = profile.start_feed > 0.0, profile.end_feed > 0.0
     if period is not None:
         ticks = whole_periods(seconds, period)
-        ends, wait = np.cumsum(ticks) * period, ticks * period - seconds
+        ends, wait = (round(begin / period) + np.cumsum(ticks)) * period, ticks * period - seconds
         wait[~(starting | ending) | (wait <= ALMOST * period)] = 0.0
         slower[wait == 0.0] = (ticks * period / seconds)[wait == 0.0]
         ends -= np.where(starting & ending, wait, 0.0)  # the only stretch
-    begins = np.append(0.0, ends[:-1]) + np.where(starting, 0.0, wait)
+    begins = np.append(begin, ends[:-1]) + np.where(starting, 0.0, wait)
     stops = ends - np.where(ending, 0.0, wait)
     edges = np.minimum(begins + np.cumsum(profile.durations * slower, axis=0), stops)
     instants = np.vstack([begins, edges[:-1], stops])
@@ -216,7 +221,7 @@ def lay_out(profile: Profile, marks: Array, period: float | None) -> tuple[Array
     each = rows[1:].reshape(many, PHASES + 1, LAW_COEFFICIENTS)
     each[:, :-1] = pieces(profile, marks[:-1], marks[1:]) / slower[:, None, None] ** np.arange(LAW_COEFFICIENTS)
     rows[0, 0], each[:, -1, 0] = marks[0], marks[1:]
-    times = np.concatenate([[0.0], instants.T.ravel(), ends[-1:]])
+    times = np.concatenate([[begin], instants.T.ravel(), ends[-1:]])
     lasts = np.diff(times) > 0.0
     return times[np.append(lasts, True)], rows[lasts]
 

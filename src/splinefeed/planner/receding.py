@@ -14,6 +14,7 @@ from splinefeed.planner.grid import Samples, counted
 from splinefeed.planner.horizon import GUESS, Plan, SolverSettings, plan_window
 from splinefeed.planner.law import MotionPieces, joined
 from splinefeed.planner.openings import plan_from
+from splinefeed.planner.profiles import pieces
 from splinefeed.planner.straight import straights
 from splinefeed.records import REST, Array, Limits, State
 from splinefeed.telling import tell
@@ -62,7 +63,7 @@ class RecedingHorizon:
     ahead: float = 0.0
     samples: Samples | None = None
     limits: Limits | None = None
-    lines: dict[float, MotionPieces] | None = None
+    lines: dict[float, MotionPieces | None] | None = None
 
     def straight(self, conditions: Conditions, marks: Array) -> MotionPieces | None:
         """Plan the exact profile to the next stop, if the motion is at rest and the line to there straight.
@@ -83,10 +84,13 @@ class RecedingHorizon:
             return None
         if self.lines is None or self.low not in self.lines:
             marks = marks[: TOGETHER + 1]
-            motions = zip(marks[:-1].tolist(), *straights(conditions, marks), strict=True)
-            self.lines = {s: MotionPieces(t[t > 0.0], c[t > 0.0]) for s, _, t, c in motions}
+            exact, found = straights(conditions, marks)
+            begin, end = marks[:-1][exact], marks[1:][exact]
+            motions = zip(begin.tolist(), found.durations.T, pieces(found, begin, end), strict=True)
+            self.lines = dict.fromkeys(marks[:-1].tolist())
+            self.lines |= {s: MotionPieces(t[t > 0.0], c[t > 0.0]) for s, t, c in motions}
         line = self.lines[self.low]
-        if not len(line):
+        if line is None:
             return None
         self.limits = conditions.limits
         return self._take(line, len(line), float(marks[1]), REST)

@@ -6,9 +6,9 @@ import numpy as np
 
 from splinefeed.planner.conditions import INSIDE, Conditions
 from splinefeed.planner.constants import SAME
-from splinefeed.planner.profiles import PHASES, TOGETHER, pieces, solve_in_row
+from splinefeed.planner.profiles import TOGETHER, Profile, solve_in_row
 from splinefeed.planner.rows import FREE
-from splinefeed.records import LAW_COEFFICIENTS, Array, BoolArray
+from splinefeed.records import Array, BoolArray
 
 #: Places of each span of a stretch that are looked at.
 LOOKED = np.clip(np.linspace(0.0, 1.0, 4), INSIDE, 1.0 - INSIDE)
@@ -17,11 +17,8 @@ LOOKED = np.clip(np.linspace(0.0, 1.0, 4), INSIDE, 1.0 - INSIDE)
 NO_LIMIT = 1e100
 
 
-def straights(conditions: Conditions, marks: Array) -> tuple[BoolArray, Array, Array]:
-    """Which stretches (m,) between rests at marks (m + 1,), mm, are straight, and their exact motions.
-
-    Times of their seven phases (m, 7), s, and coefficients (m, 7, 6) of s in t; 0 where a stretch is not straight.
-    """
+def straights(conditions: Conditions, marks: Array) -> tuple[BoolArray, Profile]:
+    """Which stretches (m,) between rests at marks (m + 1,), mm, are straight, and the profiles of these."""
     inner = conditions.inside(float(marks[0]), float(marks[-1]))
     apart = np.minimum(*(np.abs(inner - marks[np.clip(np.searchsorted(marks, inner) + k, 0, None)]) for k in (-1, 0)))
     edges = np.sort(np.concatenate([marks, inner[apart > SAME * conditions.track.length]]))
@@ -34,13 +31,8 @@ def straights(conditions: Conditions, marks: Array) -> tuple[BoolArray, Array, A
         straight = np.all(most[5:] - along[5:] <= SAME, axis=0)  # the tangent
         straight &= np.all(most[:5] - along[:5] <= SAME * most[:5], axis=0) & (along[0] < FREE)
         straight &= np.all(np.minimum(along[1:3], along[3:5]) < NO_LIMIT, axis=0)
-    limits = np.where(along[:5] < NO_LIMIT, along[:5], np.inf)
-    spans, coefficients = np.zeros((len(straight), PHASES)), np.zeros((len(straight), PHASES, LAW_COEFFICIENTS))
-    if np.any(straight):
-        profiles = solve_in_row(np.diff(marks)[straight], *limits[:, straight], 0.0, 0.0)
-        spans[straight] = profiles.durations.T
-        coefficients[straight] = pieces(profiles, marks[:-1][straight], marks[1:][straight])
-    return straight, spans, coefficients
+    limits = np.where(along[:5] < NO_LIMIT, along[:5], np.inf)[:, straight]
+    return straight, solve_in_row(np.diff(marks)[straight], *limits, 0.0, 0.0)
 
 
 def straight_ahead(conditions: Conditions, low: float, high: float) -> tuple[float, Array]:

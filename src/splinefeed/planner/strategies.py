@@ -18,7 +18,7 @@ from splinefeed.planner.constants import ALMOST, HOPELESS, KEPT, SAME
 from splinefeed.planner.horizon import Plan, SolverSettings, plan_window
 from splinefeed.planner.law import MotionPieces, joined
 from splinefeed.planner.openings import allowed_at
-from splinefeed.planner.profiles import SHORTEST
+from splinefeed.planner.profiles import SHORTEST, lay_out
 from splinefeed.planner.receding import OutOfReachError, RecedingHorizon, plan_stretch
 from splinefeed.planner.shared import on_tick, with_dwells
 from splinefeed.planner.straight import straights
@@ -279,31 +279,22 @@ def motion(
     marks = np.concatenate([[begin.s], rests[(rests > begin.s) & (rests < goal.s)], [goal.s]])
     instants, rows, notes = [np.zeros(1)], [], _assumed(conditions)
     bound, tick = 0.0, 0
-    exact, phases, shapes = straights(conditions, marks)
+    exact, profiles = straights(conditions, marks)
+    rank = np.append(0, np.cumsum(exact))
     exact[0] &= begin.feed == 0.0
     exact[-1] &= goal.feed == 0.0
     others = [_stretch((begin, goal), *marks[k : k + 2].tolist()) for k in np.flatnonzero(~exact).tolist()]
     plans = spread(_in_ticks, (conditions, mode), others)
     for first, last in _runs(exact):
         if exact[first]:
-            spans, shape = phases[first:last], shapes[first:last]
-            ramps = spans[:, ::2]
-            seconds = np.sum(spans, axis=1)
+            profile = profiles.part(slice(rank[first], rank[last]))
+            ramps = profile.durations[::2]
             raised = (ramps > 0.0) & (ramps <= SHORTEST * (1.0 + ALMOST))  # they may take longer than jerk asks for
-            bound += float(np.sum(seconds)) - SHORTEST * int(np.sum(raised))
-            before = float(instants[-1][-1])
-            ends = before + np.cumsum(seconds)
-            if period is not None:
-                many = np.maximum(np.ceil(seconds / period * (1.0 - SAME) - SAME), 1.0)
-                slower = many * period / seconds
-                spans, shape = spans * slower[:, None], shape / slower[:, None, None] ** np.arange(LAW_COEFFICIENTS)
-                ends = (tick + np.cumsum(many)) * period
-                tick += int(np.sum(many))
-            begins = np.concatenate([[before], ends[:-1]])
-            breaks = np.minimum(begins[:, None] + np.cumsum(spans, axis=1), ends[:, None])
-            breaks[:, -1] = ends
-            instants.append(breaks.ravel())
-            rows.append(shape.reshape(-1, LAW_COEFFICIENTS))
+            bound += float(np.sum(profile.duration)) - SHORTEST * int(np.sum(raised))
+            times, laid = lay_out(profile, marks[first : last + 1], period, float(instants[-1][-1]))
+            instants.append(times[1:])
+            rows.append(laid)
+            tick = tick if period is None else round(times[-1] / period)
             continue
         low, high = marks[first : first + 2].tolist()
         plan, ticks = next(plans)
