@@ -230,6 +230,18 @@ def test_a_rest_at_a_cusp_costs_what_a_bend_does() -> None:
         assert law.duration <= 1.04 * bend.duration
 
 
+@pytest.mark.parametrize(("strategy", "most"), [("time-optimal", 1.0), ("look-ahead", 1.01)])
+@pytest.mark.parametrize("kink", [1e-7, 3e-7])
+def test_a_kink_between_lines_costs_no_more_than_a_stop_there(kink: float, strategy: str, most: float) -> None:
+    points = np.array([[0.0, 0.0], [60.0, 0.012], [66.0, 0.0132 + 6.0 * kink]])
+    limits = sf.Limits(feed=100, axis_acceleration={"x": 370, "y": 0.07}, axis_jerk={"x": 1900, "y": 0.18})
+    path = Path.polyline(points)
+    law = sf.plan(path, limits, strategy=strategy, period=PERIOD)
+    parts = [sf.plan(Path.polyline(part), limits, period=PERIOD).duration for part in (points[:2], points[1:])]
+    assert not len(path.stops) and law.duration <= most * sum(parts)
+    assert sf.check(sf.interpolate(path, law), path, limits, law=law).ok
+
+
 def test_setpoints_over_a_limit_are_seen_at_ticks() -> None:
     path, limits = cases.butterfly(), cases.axis_limits("A")
     law = sf.plan(path, limits, strategy="time-optimal", period=PERIOD)

@@ -117,7 +117,7 @@ def rows_of(
     periods T by the quadratic B-spline K, as D q K(t), of peak 3/4 / T. Jerk that gives way by PEAK D q / T for one
     period before and behind the jump makes room for it: PEAK times the integral of K over these two periods is at least
     T K at any instant, and equal to it in the middle, 23/24 PEAK = 3/4. A jump D of x' shows in the third difference
-    with a peak of D sqrt(q) / T^2, and in the second one of D sqrt(q) / T.
+    with peaks of D sqrt(q) / T^2 of either sign, one after the other, and in the second one of D sqrt(q) / T.
     """
     x1, x2, x3 = x
     v = np.broadcast_to(at.v[:, None], x1.shape).copy()
@@ -138,7 +138,8 @@ def rows_of(
     jerk = np.stack([x3[some], 1.5 * x2[some], 0.5 * x1[some]], axis=1) / limit[:, None]
     jump = np.zeros((2, 2, len(limit), len(feed)))
     if period is not None:
-        jump = np.stack([jumps[0][:, some] / period**2, PEAK * jumps[1][:, some] / period], axis=1) / limit
+        turn = np.broadcast_to(np.sum(jumps[0][:, some], axis=0), (2, *limit.shape))
+        jump = np.stack([turn / period**2, PEAK * jumps[1][:, some] / period], axis=1) / limit
     return Rows(
         top, top, np.full(len(feed), FREE**2), linear, -low, high, jerk, jump, len(linear), len(linear), len(jerk), root
     )

@@ -28,7 +28,7 @@ AHEAD = 2.0
 STEADY = 30.0
 #: The feed changes where the acceleration along the path is above the inverse of this share of what is possible.
 CHANGING = 3.0
-#: Of two breaks nearer than this share of the way of a period one ends a cell.
+#: Of two breaks nearer than this share of the way of a period one ends a cell; times `fine`, see `lay`.
 SLIVER = 0.03
 #: Samples towards both ends, each at half the distance of the one before, down to INSIDE.
 TOWARDS = 0.5 ** np.arange(1.0, -np.log2(INSIDE))
@@ -224,7 +224,7 @@ def lay(
     ramps = ends[0].ramp, ends[1].ramp
     begin, end = low + ramps[0], high - ramps[1]
     edges = np.concatenate([[begin], conditions.inside(begin + ramps[0], end - ramps[1]), [end]])
-    edges = _worth_a_cell(conditions, samples.s, q, _with_reach(conditions, samples.s, q, edges))
+    edges = _worth_a_cell(conditions, samples.s, q, _with_reach(conditions, samples.s, q, edges, fine), fine)
     wanted = density(samples, np.maximum(q, 2.0 * samples.push * max(ramps)), size) + STEADY / (high - low)
     for state, far in zip(ends, (samples.s - low, high - samples.s), strict=True):
         braking = 0.5 * state.q / samples.push + state.q**0.5 * samples.push / samples.twist
@@ -260,19 +260,19 @@ def _halved(nodes: Array, cut: BoolArray) -> Array:
     return np.unique(np.concatenate([nodes, (0.5 * (nodes[1:] + nodes[:-1]))[cut]]))
 
 
-def _with_reach(conditions: Conditions, s: Array, q: Array, edges: Array) -> Array:
+def _with_reach(conditions: Conditions, s: Array, q: Array, edges: Array, fine: float) -> Array:
     """Edges (k,) and, on both sides of each jump that matters, those where its reach of one period ends."""
     real, there = conditions.jumps_worth_cells(float(edges[0]), float(edges[-1]), s, q)
     if not len(real):
         return edges
     reach = FASTER * float(conditions.period or 0.0) * np.sqrt(there)
-    more, apart = np.concatenate([real - reach, real + reach]), 0.25 * np.concatenate([reach, reach])
+    more, apart = np.concatenate([real - reach, real + reach]), 0.25 * fine * np.concatenate([reach, reach])
     beside = np.clip(np.searchsorted(edges, more), 1, len(edges) - 1)
     clear = (more - edges[beside - 1] > apart) & (edges[beside] - more > apart)
     return np.unique(np.concatenate([edges, more[clear]]))
 
 
-def _worth_a_cell(conditions: Conditions, s: Array, q: Array, edges: Array) -> Array:
+def _worth_a_cell(conditions: Conditions, s: Array, q: Array, edges: Array, fine: float) -> Array:
     """Edges (k,) without those that follow another one within a share of the way of a period.
 
     Next to a wide cell a sliver makes only work: it is graded up to it, and tells no setpoint anything. Corners passed,
@@ -280,7 +280,7 @@ def _worth_a_cell(conditions: Conditions, s: Array, q: Array, edges: Array) -> A
     """
     if conditions.period is None:
         return edges
-    least = SLIVER * conditions.period * np.sqrt(np.interp(edges, s, q))
+    least = SLIVER * fine * conditions.period * np.sqrt(np.interp(edges, s, q))
     held = np.isin(edges, np.concatenate([conditions.passed[0], conditions.breaks[conditions.slope_jumps != 0.0]]))
     held[[0, -1]] = True
     keep = np.ones(len(edges), dtype=bool)
