@@ -242,6 +242,17 @@ def test_a_kink_between_lines_costs_no_more_than_a_stop_there(kink: float, strat
     assert sf.check(sf.interpolate(path, law), path, limits, law=law).ok
 
 
+@pytest.mark.parametrize("strategy", ["time-optimal", "look-ahead"])
+@pytest.mark.parametrize("kink", [1e-4, -1e-4])
+def test_a_law_is_within_acceleration_beside_a_kink_between_lines(kink: float, strategy: str) -> None:
+    path = Path.polyline([[0, 0], [10, 3], [13, 3.9 + 3.0 * kink]])
+    limits = sf.Limits(feed=200, axis_acceleration={"x": 5000, "y": 100}, axis_jerk={"x": 500_000, "y": 20_000})
+    law = sf.plan(path, limits, strategy=strategy, period=PERIOD)
+    verdict = sf.check(sf.interpolate(path, law), path, limits, law=law)
+    assert not len(path.stops) and verdict.ok, verdict.problems
+    assert law.duration < 0.403
+
+
 def test_setpoints_over_a_limit_are_seen_at_ticks() -> None:
     path, limits = cases.butterfly(), cases.axis_limits("A")
     law = sf.plan(path, limits, strategy="time-optimal", period=PERIOD)

@@ -261,9 +261,10 @@ def _first(problem: Problem, solution: Solution, scale: float) -> tuple[Array, A
     """Middles of cells (n,), mm, and multipliers (n, f): those of a solution, less weight, as means over the cells."""
     rows, nodes, cell, columns = problem.rows, problem.spline.nodes, problem.cell, []
     total = np.bincount(cell, problem.weight)
-    for side in (2, 3, 0, 1):  # jerk up and down, then linear rows high and low
-        many, unit = (rows.jerks, 1.0) if side > 1 else (rows.smooth, scale)
-        columns += [np.bincount(cell, each) / (unit * total) for each in solution.z[problem.parts[side]][:many]]
+    linear, jerk = problem.kinds
+    for (up, down, *_), many, unit in ((jerk, rows.jerks, 1.0), (linear, rows.smooth, scale)):
+        for part in (up, down):
+            columns += [np.bincount(cell, each) / (unit * total) for each in solution.z[part][:many]]
     return 0.5 * (nodes[1:] + nodes[:-1]), np.array(columns).reshape(-1, len(total)).T
 
 

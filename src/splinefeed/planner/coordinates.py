@@ -130,8 +130,7 @@ def rows_of(
     low, high = (np.broadcast_to(np.minimum(each / unit, FREE), linear[:, 0].shape).copy() for each in (d, a))
     root = None
     if period is not None and np.any(jumps[0][:, some]):
-        up, down = jumps[0][:, some]
-        root = np.where(up >= down, up, -down) / period / unit
+        root = jumps[0][:, some] / period / unit
     some = np.isfinite(np.minimum(at.j, at.dj))
     up, down = at.j[some][:, None], at.dj[some][:, None]
     limit = np.where(rising > 0.0, up, np.where(rising < 0.0, down, np.minimum(up, down)))

@@ -109,9 +109,9 @@ def allowed_at(conditions: Conditions, place: float, state: State) -> State:
     v = state.feed / max(over_at(conditions, place, State(state.feed)), 1.0) ** 0.5
     rows = _rows_at(conditions, place)
     own, slope = rows.linear[:, 0, 0] * v * v, 2.0 * rows.linear[:, 1, 0]
-    own += 0.0 if rows.root is None else rows.root[:, 0] * v
+    up, down = (0.0, 0.0) if rows.root is None else rows.root[:, :, 0] * v
     some = slope != 0.0
-    sides = np.stack([rows.low[:, 0] - own, rows.high[:, 0] - own])[:, some] / slope[some]
+    sides = np.stack([rows.low[:, 0] + down - own, rows.high[:, 0] - up - own])[:, some] / slope[some]
     least, most = np.max(np.min(sides, axis=0), initial=-np.inf), np.min(np.max(sides, axis=0), initial=np.inf)
     return State(v, float(min(max(state.acceleration, min(least, 0.0)), max(most, 0.0))), state.s)
 

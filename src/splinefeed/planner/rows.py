@@ -40,8 +40,8 @@ class Rows:
         How many linear rows are accelerations of coordinates, and how many those and torques.
     jerks : int
         How many of those of jerk are of coordinates.
-    root : (m, n) array, optional
-        What sqrt(q) adds to each linear row; None where it adds nothing.
+    root : (2, m, n) array, optional
+        What sqrt(q) adds to each linear row upwards and downwards; None where it adds nothing.
     """
 
     top: Array
@@ -70,8 +70,9 @@ class Rows:
         if len(more.linear):
             root = rows.root
             if root is not None or more.root is not None:
-                none = np.zeros_like(more.high) if more.root is None else more.root
-                root = np.concatenate([np.zeros_like(rows.high) if root is None else root, none])
+                own = np.zeros((2, *rows.high.shape)) if root is None else root
+                added = np.zeros_like(more.high) if more.root is None else more.root
+                root = np.concatenate([own, np.stack([added, -added])], axis=1)
             pairs = (rows.linear, more.linear), (rows.low, more.low), (rows.high, more.high)
             linear, low, high = (np.concatenate(pair) for pair in pairs)
             many = rows.smooth + smooth * len(more.linear)
@@ -108,12 +109,11 @@ class Rows:
         """
         q = v * v
         linear = self.linear[:, 0] * q + self.linear[:, 1] * (2.0 * a)
-        if self.root is not None:
-            linear += self.root * v
+        rise, fall = (linear, -linear) if self.root is None else (linear + self.root[0] * v, self.root[1] * v - linear)
         jerk = self.jerk[:, 0] * (q * v) + self.jerk[:, 1] * (2.0 * a * v) + self.jerk[:, 2] * (2.0 * j)
         up = jerk + self.jump[0, 0] * v + self.jump[0, 1] * q
         down = -jerk + self.jump[1, 0] * v + self.jump[1, 1] * q
-        linear = np.maximum(np.maximum(linear, 0.0) / self.high, np.minimum(linear, 0.0) / self.low)
+        linear = np.maximum(np.maximum(rise, 0.0) / self.high, np.maximum(fall, 0.0) / -self.low)
         return np.concatenate([(q / self.top)[None], linear, np.maximum(np.maximum(up, down), 0.0) ** (2.0 / 3.0)])
 
     def by_kind(self, shares: Array) -> Array:

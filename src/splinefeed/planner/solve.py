@@ -173,11 +173,15 @@ class Problem:
         """From now on these rows."""
         self.rows = rows
         linear, jerk = rows.linear, rows.jerk
-        self.linear_pairs = _pairs(linear)
-        self.jerk_pairs = np.stack([jerk[:, 1] ** 2, jerk[:, 1] * jerk[:, 2], jerk[:, 2] ** 2], axis=1)
         self.count = (1 + 2 * len(linear) + 2 * len(jerk)) * linear.shape[2]
         sizes = np.cumsum([1, len(linear), len(linear), len(jerk), len(jerk)])
-        self.parts = tuple(slice(int(a), int(b)) for a, b in pairwise(sizes))  # high, low, up, down behind the top
+        high, low, up, down = (slice(int(a), int(b)) for a, b in pairwise(sizes))  # behind the top
+        squares = jerk[:, 1] ** 2, jerk[:, 1] * jerk[:, 2], jerk[:, 2] ** 2
+        self.jerks = up, down
+        self.kinds = (  # of linear rows and of those of jerk: which they are, what goes with q' and q'', its products
+            (high, low, linear[:, 1:], linear[:, 1:] ** 2),
+            (up, down, jerk[:, 1:], np.stack(squares, axis=1)),
+        )
 
     def complete(self, c: Array) -> Array:
         """Coefficients with those that the ends decide."""
@@ -196,33 +200,27 @@ class Problem:
         r = 1.0 / root
         rows = self.rows
         a = np.einsum("mdn,dn->mn", rows.linear, y[:2])
-        if rows.root is not None:
-            a += rows.root * root
+        rise, fall = (a, -a) if rows.root is None else (a + rows.root[0] * root, rows.root[1] * root - a)
         j = np.einsum("mdn,dn->mn", rows.jerk, y)
         (up, up_root), (down, down_root) = rows.jump
         over = (j - r + up + up_root * root, -j - r + down + down_root * root)
-        return y, r, np.concatenate([(q / rows.top - 1.0)[None], a - rows.high, rows.low - a, *over])
+        return y, r, np.concatenate([(q / rows.top - 1.0)[None], rise - rows.high, rows.low + fall, *over])
 
     def newton(self, y: Array, r: Array, z: Array, s: Array, push: Array) -> Array | None:
         """The Newton step in the coefficients, (m,): push (rows, n) = (mu + z (g + s)) / s; None if there is none."""
-        rows, (high, low, up, down) = self.rows, self.parts
-        w, jerk = self.weight, rows.jerk
-        stiff = z / s
+        w, stiff, (up, down) = self.weight, z / s, self.jerks
         r3 = r * r * r
-        rise, fall = self.slopes(r)
         grad, hess = np.zeros((3, len(r))), np.zeros((6, len(r)))
-        grad[0] += -0.5 * w * r3 + push[0] / rows.top
-        linear, pairs = self.sloped(r)
-        grad[:2] += np.einsum("mn,mdn->dn", push[high] - push[low], linear)
-        grad[0] += np.sum(push[up] * rise - push[down] * fall, axis=0)
-        grad[1:] += np.einsum("mn,mdn->dn", push[up] - push[down], jerk[:, 1:])
+        grad[0] += -0.5 * w * r3 + push[0] / self.rows.top
         bent = np.maximum(w - np.sum(z[up] + z[down], axis=0), 0.0)
-        hess[0] = 0.75 * bent * r3 * r * r + stiff[0] / rows.top**2
-        hess[[0, 1, 3]] += np.einsum("mn,mdn->dn", stiff[high] + stiff[low], pairs)
-        upward, downward = stiff[up] * rise, stiff[down] * fall
-        hess[0] += np.sum(upward * rise + downward * fall, axis=0)
-        hess[1:3] += np.einsum("mn,mdn->dn", upward + downward, jerk[:, 1:])
-        hess[3:] += np.einsum("mn,mdn->dn", stiff[up] + stiff[down], self.jerk_pairs)
+        hess[0] = 0.75 * bent * r3 * r * r + stiff[0] / self.rows.top**2
+        for (one, other, more, pairs), (rise, fall) in zip(self.kinds, self.slopes(r), strict=True):
+            above, below = stiff[one] * rise, stiff[other] * fall
+            grad[0] += np.sum(push[one] * rise - push[other] * fall, axis=0)
+            grad[1 : 1 + more.shape[1]] += np.einsum("mn,mdn->dn", push[one] - push[other], more)
+            hess[0] += np.sum(above * rise + below * fall, axis=0)
+            hess[1 : 1 + more.shape[1]] += np.einsum("mn,mdn->dn", above + below, more)
+            hess[3 : 3 + pairs.shape[1]] += np.einsum("mn,mdn->dn", stiff[one] + stiff[other], pairs)
         local = np.einsum("abn,bn->an", self.carry, hess)
         slope = np.einsum("dkn,dn->kn", self.basis, grad)
         m = self.size
@@ -234,36 +232,35 @@ class Problem:
         band[0, ~self.free] = 1.0
         total[~self.free] = 0.0
         diagonal = band[0].copy()
-        for more in RIDGES:
-            band[0] = diagonal * (1.0 + more)
+        for ridge in RIDGES:
+            band[0] = diagonal * (1.0 + ridge)
             _, step, info = lapack.dpbsv(band, -total, lower=1)
             if info == 0:
                 return np.asarray(step)
         return None
 
-    def slopes(self, r: Array) -> tuple[Array, Array]:
-        """The factors of dq (k, n) in the rows of jerk upwards and, negative, downwards, at 1 / sqrt(q) (n,)."""
-        c0, jump = self.rows.jerk[:, 0], self.rows.jump
-        bound = 0.5 * r * r * r
-        return c0 + bound + 0.5 * jump[0, 1] * r, c0 - bound - 0.5 * jump[1, 1] * r
+    def slopes(self, r: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+        """The factors of dq in linear rows (m, n) and in those of jerk (k, n), at 1 / sqrt(q) (n,).
 
-    def sloped(self, r: Array) -> tuple[Array, Array]:
-        """Linear rows (m, 2, n) with the slope of sqrt(q), at 1 / sqrt(q) (n,), and their products (m, 3, n)."""
+        Of both upwards and, negative, downwards.
+        """
         rows = self.rows
+        linear, jerk = rows.linear[:, 0], rows.jerk[:, 0]
+        jump = 0.5 * r * (rows.jump[:, 1] + r * r)
+        by_jerk = jerk + jump[0], jerk - jump[1]
         if rows.root is None:
-            return rows.linear, self.linear_pairs
-        linear = rows.linear.copy()
-        linear[:, 0] += 0.5 * rows.root * r
-        return linear, _pairs(linear)
+            return (linear, linear), by_jerk
+        root = 0.5 * r * rows.root
+        return (linear + root[0], linear - root[1]), by_jerk
 
     def change(self, y: Array, r: Array, dc: Array) -> tuple[Array, Array]:
         """What a step in the coefficients does to q (n,) and, to first order, to g (rows, n)."""
-        rows = self.rows
         dy = np.einsum("dkn,kn->dn", self.basis, dc[self.gather])
-        da = np.einsum("mdn,dn->mn", self.sloped(r)[0], dy[:2])
-        dj = np.einsum("mdn,dn->mn", rows.jerk[:, 1:], dy[1:])
-        rise, fall = self.slopes(r)
-        return dy[0], np.concatenate([(dy[0] / rows.top)[None], da, -da, dj + rise * dy[0], -dj - fall * dy[0]])
+        dg = [(dy[0] / self.rows.top)[None]]
+        for (_, _, more, _), (rise, fall) in zip(self.kinds, self.slopes(r), strict=True):
+            rest = np.einsum("mdn,dn->mn", more, dy[1 : 1 + more.shape[1]])
+            dg += [rest + rise * dy[0], -rest - fall * dy[0]]
+        return dy[0], np.concatenate(dg)
 
     def time(self, r: Array) -> float:
         """Sum of weight / sqrt(q), s."""
@@ -337,11 +334,6 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Sol
             break
         mu = max(max(FAR, 1.0 - least) * complementary, GAINED * fall, 0.1 * gap * time) / problem.count
     return Solution(problem.complete(c), time, z, bool(np.max(g) < 0.0))
-
-
-def _pairs(linear: Array) -> Array:
-    """c0^2, c0 c1, c1^2 of linear rows (m, 2, n)."""
-    return np.stack([linear[:, 0] ** 2, linear[:, 0] * linear[:, 1], linear[:, 1] ** 2], axis=1)
 
 
 def _longest(ratio: Array, kept: float, most: float) -> float:

@@ -70,7 +70,7 @@ def _along(conditions: Conditions, edges: Array) -> Array:
     bent = np.max(np.abs(d[:, 2]), axis=1) * np.repeat(length, len(LOOKED))
     bent += rows.top * np.max(np.abs(rows.linear[:, 0]), axis=0, initial=0.0)
     if rows.root is not None:
-        bent += np.sqrt(rows.top) * np.max(np.abs(rows.root), axis=0, initial=0.0)
+        bent += np.sqrt(rows.top) * np.max(np.abs(rows.root), axis=(0, 1), initial=0.0)
     own = slice(rows.jerks, None)  # limits of jerk of models have more than q''
     bent += np.max(np.abs(rows.jerk[own, :2]), axis=(0, 1), initial=0.0) * rows.top
     bent += np.max(np.abs(rows.jump[:, 0, own]), axis=(0, 1), initial=0.0)
