@@ -103,7 +103,7 @@ class Conditions:
 
     def place(self, s: float) -> float:
         """A place, mm, as people read it: the tip's arc length."""
-        return float(self.track.tip_length(min(max(s, 0.0), self.track.length)))
+        return float(self.track.tip_length(min(max(s, 0.0), self.track.length))) if s > 0.0 else 0.0
 
     def between(self, low: float, high: float) -> str:
         """Two places, mm, as people read them: the tip's arc length."""
