@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from splinefeed.planner.conditions import INSIDE, WITHIN, Conditions
-from splinefeed.planner.constants import ALMOST, SAME, TOGETHER
+from splinefeed.planner.conditions import BESIDE, INSIDE, WITHIN, Conditions
+from splinefeed.planner.constants import ALMOST, ROUNDS, SAME, TOGETHER
 from splinefeed.planner.law import MotionPieces
+from splinefeed.planner.rows import TINY, Rows
 from splinefeed.records import Array, IntArray
 
 #: Shares of each piece's time at which it is looked at, dense at both ends; and where that leaves a peak open.
@@ -76,19 +77,47 @@ def _looked_at(
             worst[:, block] = bound[block] = np.inf
             continue
         s = np.clip(s, low[block] + inside, high[block] - inside)
-        way = v * (conditions.period or 0.0) * WITHIN  # what a piece comes within reach of counts for all of it
-        least, most = np.min(s - way, axis=0), np.max(s + way, axis=0)
-        reach = tuple(np.broadcast_to(each, s.shape).ravel() for each in (least, most))
-        flat = s.ravel()
-        seen = conditions.along(flat)
-        signs = _rising(seen[1], a, v) if conditions.two_jerks else np.zeros(len(flat))
-        rows = conditions.rows(flat, seen, reach=(reach[0], reach[1]), rising=signs, alone=True)
-        found = rows.shares(v.ravel(), a.ravel(), j.ravel())
-        good = (v >= -SAME * np.max(v)).ravel() & np.isfinite(found)
-        shares = np.where(good, found, np.inf).reshape(len(found), *s.shape)
-        peaks, bound[block] = _peaks(shares, signs.reshape(s.shape), len(rows.jerk))
+        found, signs, rows = _shares(conditions, s, v, a, j)
+        peaks, bound[block] = _peaks(found, signs, len(rows.jerk))
         worst[:, block] = rows.by_kind(peaks)
+    owner, beside = _beside_breaks(conditions, chosen, low, high)
+    for kind, shares in zip((*worst, bound), (*beside, np.max(beside, axis=0)), strict=True):
+        np.maximum.at(kind, owner, shares)
     return worst, bound
+
+
+def _shares(conditions: Conditions, s: Array, v: Array, a: Array, j: Array) -> tuple[Array, Array, Rows]:
+    """Shares (rows, places, n) of each row at places (places, n) of n pieces, signs of the tip's acceleration, rows."""
+    way = v * (conditions.period or 0.0) * WITHIN  # what a piece comes within reach of counts for all of it
+    reach = np.min(s - way, axis=0), np.max(s + way, axis=0)
+    low, high = (np.broadcast_to(each, s.shape).ravel() for each in reach)
+    flat = s.ravel()
+    seen = conditions.along(flat)
+    signs = _rising(seen[1], a, v) if conditions.two_jerks else np.zeros(len(flat))
+    rows = conditions.rows(flat, seen, reach=(low, high), rising=signs, alone=True)
+    found = rows.shares(v.ravel(), a.ravel(), j.ravel())
+    good = (v >= -SAME * np.max(v)).ravel() & np.isfinite(found)
+    return np.where(good, found, np.inf).reshape(len(found), *s.shape), signs.reshape(s.shape), rows
+
+
+def _beside_breaks(conditions: Conditions, pieces: MotionPieces, low: Array, high: Array) -> tuple[IntArray, Array]:
+    """In which pieces, from `low` to `high` (m,), mm, breaks of the path lie, (k,), and the shares (3, k) beside them.
+
+    No place of a piece may lie in a curve of micrometres that ends where the piece does.
+    """
+    b = conditions.inside(float(low[0]), float(high[-1]))
+    away = BESIDE * conditions.track.length
+    owner = np.searchsorted(low, b, side="right") - 1
+    within = (b - low[owner] > 2.0 * away) & (high[owner] - b > 2.0 * away)
+    b, owner = b[within], owner[within]
+    if not len(b):
+        return owner, np.zeros((3, 0))
+    own, share = MotionPieces(pieces.spans[owner], pieces.coefficients[owner]), (b - low[owner]) / (high - low)[owner]
+    for _ in range(ROUNDS):  # Newton's steps to when it is there
+        s, *rates = own.at(share)
+        share = np.clip(share - (s - b) / np.maximum(rates[0] * own.spans, TINY), 0.0, 1.0)
+    found, _, rows = _shares(conditions, np.stack([b - away, b + away]), *(np.stack([each, each]) for each in rates))
+    return owner, rows.by_kind(np.max(found, axis=1))
 
 
 def _rising(x: Array, a: Array, v: Array) -> Array:

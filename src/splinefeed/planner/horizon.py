@@ -445,8 +445,9 @@ def _turned(conditions: Conditions, window: Horizon, c: Array, mode: SolverSetti
             beside = np.zeros(len(window), dtype=bool)
             beside[1:] |= clear[:-1]
             beside[:-1] |= clear[1:]
+            before = window.spline
             window, was = window.again(c, mode, beside & ~clear)
-            clear, c = clear[was], window.guess()
+            clear, c = clear[was], window.spline.of(before, c)
         window.rise(way, clear, 0.5 * level)
         window.hold(np.ones((3, len(window))))
     return window, c

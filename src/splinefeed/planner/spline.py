@@ -102,6 +102,18 @@ class Spline:
         found: Array = (t[1:-3] + t[2:-2] + t[3:-1]) / 3.0
         return found
 
+    def of(self, other: Spline, coefficients: Array) -> Array:
+        """Coefficients (size,) of another spline, as it is where its nodes are among these, but for jumps of q'.
+
+        c = q + q' (a + b) / 3 + q'' a b / 6 at the middle one of three knots, a and b the way to the other two: de Boor
+        and Fix (1973), doi:10.1016/0021-9045(73)90080-9.
+        """
+        before, here, behind = self.t[1:-3], self.t[2:-2], self.t[3:-1]
+        q, slope, bend = other.at(coefficients, here)
+        a, b = before - here, behind - here
+        found: Array = q + slope * (a + b) / 3.0 + bend * a * b / 6.0
+        return found
+
     def at(self, coefficients: Array, x: Array) -> Array:
         """q, q', q'' (3, n) at x (n,), mm."""
         cell = np.clip(np.searchsorted(self.nodes, x, side="right") - 1, 0, len(self.first) - 1)
