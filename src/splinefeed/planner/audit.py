@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from splinefeed.planner.conditions import BESIDE, INSIDE, WITHIN, Conditions
-from splinefeed.planner.constants import ALMOST, ROUNDS, SAME, TOGETHER
+from splinefeed.planner.constants import ALMOST, KEPT, ROUNDS, SAME, TOGETHER
 from splinefeed.planner.law import MotionPieces
 from splinefeed.planner.rows import TINY, Rows
 from splinefeed.records import Array, IntArray
 
-#: Shares of each piece's time at which it is looked at, dense at both ends; and where that leaves a peak open.
-LOOKED, CLOSER = (0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (9, 33))
-#: What a limit may do between places beyond their parabolas, in second differences over the number of places.
+#: Shares of each piece's time at which it is looked at, dense at both ends; then where that leaves a peak open.
+LOOKED = tuple(0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (9, 33, 129))
+#: What a limit may do between the first places beyond their parabolas, in second differences over their number.
 DOUBT = 3.5
 
 
@@ -41,8 +41,9 @@ def worst_shares(
 
     Notes
     -----
-    A peak between places is that of a parabola through three of them. A piece that may be over the worst between its
-    places is looked at more closely, and so are the first and the last.
+    A peak between places is that of a parabola through three of them or a quartic through five. A piece that may be
+    over the worst between its places is looked at more closely, and so are the first and the last; then once more
+    where parabola and quartic differ by more than KEPT.
     """
     worst, bound = np.empty((3, len(pieces))), np.zeros(len(pieces))
     some = np.arange(len(pieces))
@@ -51,23 +52,28 @@ def worst_shares(
         some = np.flatnonzero(np.any(pieces.coefficients != old.coefficients, axis=1) | (pieces.spans != old.spans))
     if not len(some):
         return worst, bound
-    worst[:, some], bound[some] = _looked_at(conditions, pieces, end, LOOKED, some)
+    worst[:, some], bound[some] = _looked_at(conditions, pieces, end, 0, some)
     bound[np.intersect1d(some, [0, len(pieces) - 1])] = np.inf
+    level = np.zeros(len(pieces), dtype=int)
     # What looks worst from afar may turn out lower: then those that it hid are looked at, too.
     while len(near := np.flatnonzero(~(bound <= max(1.0, float(np.max(worst)))))):
-        worst[:, near], _ = _looked_at(conditions, pieces, end, CLOSER, near)
-        bound[near] = np.max(worst[:, near], axis=0)
+        level[near] += 1
+        for k in range(1, len(LOOKED)):
+            some = near[level[near] == k]
+            worst[:, some], bound[some] = _looked_at(conditions, pieces, end, k, some)
     return worst, bound
 
 
 def _looked_at(
-    conditions: Conditions, pieces: MotionPieces, end: float, looked: Array, some: IntArray
+    conditions: Conditions, pieces: MotionPieces, end: float, level: int, some: IntArray
 ) -> tuple[Array, Array]:
-    """Shares (3, m) of some pieces (m,), and for each what the largest is below, (m,)."""
+    """Shares (3, m) of some pieces (m,) by places of a level, and for each what the largest is below, (m,)."""
     begin = pieces.coefficients[:, 0]
     low, high = begin[some], np.append(begin[1:], end)[some]
     chosen = MotionPieces(pieces.spans[some], pieces.coefficients[some])
-    worst, bound = np.zeros((3, len(some))), np.zeros(len(some))
+    worst, bound, looked = np.zeros((3, len(some))), np.zeros(len(some)), LOOKED[level]
+    if not len(some):
+        return worst, bound
     size = max(TOGETHER // len(looked), 1)
     for first in range(0, len(some), size):
         block = slice(first, first + size)
@@ -78,8 +84,15 @@ def _looked_at(
             continue
         s = np.clip(s, low[block] + inside, high[block] - inside)
         found, signs, rows = _shares(conditions, s, v, a, j)
-        peaks, bound[block] = _peaks(found, signs, len(rows.jerk))
+        peaks, unsure = _peaks(found, signs, len(rows.jerk))
+        if level == 0:
+            with np.errstate(invalid="ignore"):
+                bends = np.abs(np.diff(found, 2, axis=1)).max(axis=1)
+            unsure = DOUBT / len(looked) * np.where(np.isfinite(bends), bends, np.inf)
+        elif level == len(LOOKED) - 1:
+            unsure = np.zeros_like(peaks)
         worst[:, block] = rows.by_kind(peaks)
+        bound[block] = np.max(peaks + unsure, axis=0)
     owner, beside = _beside_breaks(conditions, chosen, low, high)
     for kind, shares in zip((*worst, bound), (*beside, np.max(beside, axis=0)), strict=True):
         np.maximum.at(kind, owner, shares)
@@ -131,22 +144,33 @@ def _rising(x: Array, a: Array, v: Array) -> Array:
 
 
 def _peaks(found: Array, signs: Array, jerks: int) -> tuple[Array, Array]:
-    """The largest of shares (k, places, n), (k, n), also between places; what it is below, (n,).
+    """The largest of shares (k, places, n), (k, n), also between places, and how far that is unsure: 0 below KEPT.
 
-    There it is the peak of a parabola through three, or of the quartic through five where that is higher.
+    There it is the peak of a parabola through three, or of the quartic through five where that is higher; what is
+    unsure is by how much they differ.
     signs (places, n) of the tip's acceleration: where they differ the limit of jerk does, and no parabola goes through
     shares of it, which the last `jerks` are.
     """
     below, here, above = found[:, :-2], found[:, 1:-1], found[:, 2:]
+    peaks, unsure = found.max(axis=1), np.zeros((len(found), found.shape[2]))
     with np.errstate(all="ignore"):
-        bend = 2.0 * here - below - above
-        peak = (here >= below) & (here >= above) & (bend > 0.0)
+        bends = 2.0 * here - below - above
+        peak = (here >= below) & (here >= above) & (bends > 0.0) & np.isfinite(bends)
         peak[len(peak) - jerks :] &= (signs[:-2] == signs[1:-1]) & (signs[2:] == signs[1:-1])
-        x = np.where(peak, (above - below) / (2.0 * bend), 0.0)
-        rise = 0.25 * x * (above - below)
-        far, near = found[:, 4:] - found[:, :-4], above[:, 1:-1] - below[:, 1:-1]
-        fourth = np.diff(found, 4, axis=1)
-        quartic = (x[:, 1:-1] ** 2 - 1.0) * x[:, 1:-1] * ((far - 2.0 * near) / 12.0 + x[:, 1:-1] * fourth / 24.0)
-        rise[:, 1:-1] += np.maximum(np.where(peak[:, 1:-1], quartic, 0.0), 0.0)
-        peaks = np.maximum(found.max(axis=1), np.nan_to_num(here + rise, nan=np.inf, posinf=np.inf).max(axis=1))
-        return peaks, np.max(peaks + DOUBT / found.shape[1] * np.abs(bend).max(axis=1), axis=0)
+        row, place, piece = np.nonzero(peak)
+        bend, near = bends[peak], (above - below)[peak]
+        x = 0.5 * near / bend
+        rise = 0.25 * x * near
+        last = found.shape[1] - 1
+        far, further = found[row, np.maximum(place - 1, 0), piece], found[row, np.minimum(place + 3, last), piece]
+        third = (further - far - 2.0 * near) / 12.0
+        fourth = (further + far - 4.0 * (above + below)[peak] + 6.0 * here[peak]) / 24.0
+        slope = 0.5 * near - bend * x + (3.0 * x * x - 1.0) * third + (4.0 * x * x - 2.0) * x * fourth
+        steep = bend - 6.0 * x * third - (12.0 * x * x - 2.0) * fourth
+        x = np.clip(np.where(steep > 0.0, x + slope / steep, x), -1.0, 1.0)  # a step of Newton's
+        more = x * (0.5 * near - 0.5 * bend * x + (x * x - 1.0) * (third + x * fourth)) - rise
+        more = np.where((place > 0) & (place + 3 <= last) & np.isfinite(more), more, 0.0)
+        at = row * found.shape[2] + piece
+        np.maximum.at(peaks.reshape(-1), at, here[peak] + rise + np.maximum(more, 0.0))
+        np.maximum.at(unsure.reshape(-1), at, np.where(np.abs(more) > KEPT, np.abs(more), 0.0))
+    return peaks, unsure
