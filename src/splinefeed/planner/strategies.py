@@ -412,7 +412,8 @@ def _slowed(
             return replace(plan, pieces=slower), ticks
         if spare is not None:
             with suppress(PlanError):
-                tried = plan_stretch(conditions, *stretch, replace(mode, spare=spare))
+                found = plan_stretch(conditions, *stretch, replace(mode, spare=spare))
+                tried = found if found.over <= 1.0 + KEPT else tried
     return plan, 0
 
 
