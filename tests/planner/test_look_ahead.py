@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from benchmarks import cases
@@ -159,6 +161,14 @@ def test_bad_input():
         sf.errors.PlanError, match=r"start_feed is 60 mm/s; .* allow at most 1\d\.\d+ mm/s there; lower it"
     ):
         sf.plan(path, sf.Limits(feed=60, acceleration=1, jerk=1, start_feed=60), strategy="look-ahead")
+    both = {"start_feed": 60, "end_feed": 50}
+    with pytest.raises(sf.errors.PlanError, match=r"start_feed is 60 .*; and end_feed is 50 mm/s;") as refused:
+        sf.plan(path, sf.Limits(feed=60, acceleration=1, jerk=1, **both), strategy="look-ahead")
+    most = [float(each) for each in re.findall(r"allow at most (\S+) mm/s", str(refused.value))]
+    both = dict(zip(both, most, strict=True))
+    assert min(most) > 10.0
+    sf.plan(path, sf.Limits(feed=60, acceleration=1, jerk=1, start_feed=both["start_feed"]), strategy="look-ahead")
+    sf.plan(path, sf.Limits(feed=60, acceleration=1, jerk=1, end_feed=both["end_feed"]), strategy="look-ahead")
     jumping = Path([line((0, 0), (30, 0)), arc((30, 5), 5, -np.pi / 2, np.pi / 2)])
     with pytest.raises(sf.errors.LimitsError, match=r"the curvature jumps at s = 30 mm, where axis jerk is infinite"):
         sf.plan(jumping, sf.Limits(feed=60, axis_jerk=20000), strategy="look-ahead")

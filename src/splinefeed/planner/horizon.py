@@ -448,6 +448,8 @@ def _turned(conditions: Conditions, window: Horizon, c: Array, mode: SolverSetti
             before = window.spline
             window, was = window.again(c, mode, beside & ~clear)
             clear, c = clear[was], window.spline.of(before, c)
+            if not len(window.problem.look(window.problem.complete(c))[2]):  # between places q fell to nothing
+                c = window.guess()
         window.rise(way, clear, 0.5 * level)
         window.hold(np.ones((3, len(window))))
     return window, c

@@ -437,7 +437,7 @@ def _out_of_reach(
     """The error for feeds at the ends that the limits do not allow: which, and the nearest that they do allow.
 
     The nearest is that of the same motion slower, with no more acceleration than is allowed where it is, found in a
-    short window; a plan was made from it.
+    short window; a plan was made from it. If each end alone is too fast each is named, with the other one at rest.
     """
     near = RecedingHorizon(low).reach(conditions, MODES[LOOK_AHEAD], high)  # what lies behind does not matter
     length = near - low
@@ -447,34 +447,42 @@ def _out_of_reach(
         first, last = (first if begin == low else REST), (last if end == high else REST)
         return plan_window(conditions, begin, end, first, last, replace(mode, bounded=False))
 
-    at_end = stop.feed > 0.0 and (start.feed == 0.0 or planned(start, REST).share == 1.0)
-    given, place = (replace(stop, s=high), high) if at_end else (start, low)
-    allowed = allowed_at(conditions, place, given)
-
-    def ends(state: State) -> tuple[State, State]:
-        return (start, state) if at_end else (state, stop)
-
-    found, share = replace(REST, s=given.s), 0.0
-    with suppress(PlanError):
-        share = planned(*ends(allowed)).share
-    for less in LESS:
-        slower = share * (1.0 - less)
-        feed, acceleration = (
-            float(f"{each:.6g}") for each in (slower**0.5 * allowed.feed, slower * allowed.acceleration)
-        )
-        found = State(feed, acceleration if feed > 0.0 else 0.0, given.s)
+    def nearest(given: State, other: State, at_end: bool) -> State:
+        allowed = allowed_at(conditions, given.s, given)
+        share = 0.0
         with suppress(PlanError):
-            if feed == 0.0 or planned(*ends(found)).over <= 1.0 + KEPT:
-                break
-    if given.acceleration != 0.0 or (at_end and place < conditions.track.length):
-        up_to = f"up to s = {conditions.place(high if at_end else near):.6g} mm"
-        return OutOfReachError(f"the limits {up_to} do not allow {given}; the nearest state they allow is {found}")
-    between = conditions.between(low, high)
-    name, by_feed = "end_feed" if at_end else "start_feed", conditions.speed_at(place, 1.0)
-    return OutOfReachError(
-        f"{name} is {given.feed / by_feed:.6g} mm/s; the limits {between} "
-        f"allow at most {found.feed / by_feed:.6g} mm/s there; lower it"
-    )
+            share = planned(*((other, allowed) if at_end else (allowed, other))).share
+        for less in LESS:
+            slower = share * (1.0 - less)
+            feed, acceleration = (
+                float(f"{each:.6g}") for each in (slower**0.5 * allowed.feed, slower * allowed.acceleration)
+            )
+            found = State(feed, acceleration if feed > 0.0 else 0.0, given.s)
+            with suppress(PlanError):
+                ends = (other, found) if at_end else (found, other)
+                if feed == 0.0 or planned(*ends).over <= 1.0 + KEPT:
+                    break
+        return found
+
+    def sentence(given: State, found: State, at_end: bool) -> str:
+        if given.acceleration != 0.0 or (at_end and high < conditions.track.length):
+            up_to = f"up to s = {conditions.place(high if at_end else near):.6g} mm"
+            return f"the limits {up_to} do not allow {given}; the nearest state they allow is {found}"
+        name, by_feed = "end_feed" if at_end else "start_feed", conditions.speed_at(given.s, 1.0)
+        return (
+            f"{name} is {given.feed / by_feed:.6g} mm/s; the limits {conditions.between(low, high)} "
+            f"allow at most {found.feed / by_feed:.6g} mm/s there; lower it"
+        )
+
+    start, stop = replace(start, s=low), replace(stop, s=high)
+    at_start = start.feed > 0.0 and (stop.feed == 0.0 or planned(start, REST).over > 1.0 + KEPT)
+    at_end = stop.feed > 0.0 and (start.feed == 0.0 or not at_start or planned(REST, stop).over > 1.0 + KEPT)
+    told = []
+    if at_start:
+        told.append(sentence(start, nearest(start, REST if at_end else stop, False), False))
+    if at_end:
+        told.append(sentence(stop, nearest(stop, REST if at_start else start, True), True))
+    return OutOfReachError("; and ".join(told))
 
 
 def check_limits(limits: Limits, axes: tuple[str, ...], strategy: str) -> None:
