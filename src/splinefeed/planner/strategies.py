@@ -477,12 +477,12 @@ def _out_of_reach(
     start, stop = replace(start, s=low), replace(stop, s=high)
     at_start = start.feed > 0.0 and (stop.feed == 0.0 or planned(start, REST).over > 1.0 + KEPT)
     at_end = stop.feed > 0.0 and (start.feed == 0.0 or not at_start or planned(REST, stop).over > 1.0 + KEPT)
-    told = []
+    sentences = []
     if at_start:
-        told.append(sentence(start, nearest(start, REST if at_end else stop, False), False))
+        sentences.append(sentence(start, nearest(start, REST if at_end else stop, False), False))
     if at_end:
-        told.append(sentence(stop, nearest(stop, REST if at_start else start, True), True))
-    return OutOfReachError("; and ".join(told))
+        sentences.append(sentence(stop, nearest(stop, REST if at_start else start, True), True))
+    return OutOfReachError("; and ".join(sentences))
 
 
 def check_limits(limits: Limits, axes: tuple[str, ...], strategy: str) -> None:
