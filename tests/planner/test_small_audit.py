@@ -98,7 +98,7 @@ def test_a_peak_between_places_of_what_swings_is_found(top):
     """Of cos(0.35 (n - top)) at whole n: the largest is 1, which a parabola through three places misses."""
     n = np.arange(-8.0, 9.0)
     shares = np.cos(0.35 * (n - top))[None, :, None]
-    peaks, unsure = _peaks(shares, np.zeros((len(n), 1)), 1)
+    peaks, unsure = _peaks(shares, np.zeros((len(n), 1)), 0)
     before, here, behind = shares[0, 7:10, 0]
     missed = 1.0 - here - (behind - before) ** 2 / (8.0 * (2.0 * here - before - behind))
     assert missed > 1e-5

@@ -84,7 +84,7 @@ def _looked_at(
             continue
         s = np.clip(s, low[block] + inside, high[block] - inside)
         found, signs, rows = _shares(conditions, s, v, a, j)
-        peaks, unsure = _peaks(found, signs, len(rows.jerk))
+        peaks, unsure = _peaks(found, signs, len(rows.linear) + rows.jerks)
         if level == 0:
             with np.errstate(invalid="ignore"):
                 bends = np.abs(np.diff(found, 2, axis=1)).max(axis=1)
@@ -143,20 +143,20 @@ def _rising(x: Array, a: Array, v: Array) -> Array:
     return np.where(either, 0.0, sign).ravel()
 
 
-def _peaks(found: Array, signs: Array, jerks: int) -> tuple[Array, Array]:
+def _peaks(found: Array, signs: Array, tip: int) -> tuple[Array, Array]:
     """The largest of shares (k, places, n), (k, n), also between places, and how far that is unsure: 0 below KEPT.
 
     There it is the peak of a parabola through three, or of the quartic through five where that is higher; what is
     unsure is by how much they differ.
-    signs (places, n) of the tip's acceleration: where they differ the limit of jerk does, and no parabola goes through
-    shares of it, which the last `jerks` are.
+    signs (places, n) of the tip's acceleration: where they differ its limit of jerk does, and no parabola goes through
+    shares of that, row `tip`.
     """
     below, here, above = found[:, :-2], found[:, 1:-1], found[:, 2:]
     peaks, unsure = found.max(axis=1), np.zeros((len(found), found.shape[2]))
     with np.errstate(all="ignore"):
         bends = 2.0 * here - below - above
         peak = (here >= below) & (here >= above) & (bends > 0.0) & np.isfinite(bends)
-        peak[len(peak) - jerks :] &= (signs[:-2] == signs[1:-1]) & (signs[2:] == signs[1:-1])
+        peak[tip] &= (signs[:-2] == signs[1:-1]) & (signs[2:] == signs[1:-1])
         row, place, piece = np.nonzero(peak)
         bend, near = bends[peak], (above - below)[peak]
         x = 0.5 * near / bend
