@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from splinefeed.planner.conditions import BESIDE, INSIDE, WITHIN, Conditions
-from splinefeed.planner.constants import ALMOST, KEPT, ROUNDS, SAME, TOGETHER
+from splinefeed.planner.constants import ALMOST, KEPT, SAME, TOGETHER
 from splinefeed.planner.law import MotionPieces
 from splinefeed.planner.rows import TINY, Rows
 from splinefeed.records import Array, IntArray
@@ -14,6 +14,8 @@ from splinefeed.records import Array, IntArray
 LOOKED = tuple(0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, count))) for count in (9, 33, 129))
 #: What a limit may do between the first places beyond their parabolas, in second differences over their number.
 DOUBT = 3.5
+#: Newton's steps to when a motion is at a break: the feed changes little over a piece.
+STEPS = 4
 
 
 def worst_shares(
@@ -126,7 +128,7 @@ def _beside_breaks(conditions: Conditions, pieces: MotionPieces, low: Array, hig
     if not len(b):
         return owner, np.zeros((3, 0))
     own, share = MotionPieces(pieces.spans[owner], pieces.coefficients[owner]), (b - low[owner]) / (high - low)[owner]
-    for _ in range(ROUNDS):  # Newton's steps to when it is there
+    for _ in range(STEPS):
         s, *rates = own.at(share)
         share = np.clip(share - (s - b) / np.maximum(rates[0] * own.spans, TINY), 0.0, 1.0)
     found, _, rows = _shares(conditions, np.stack([b - away, b + away]), *(np.stack([each, each]) for each in rates))
