@@ -7,6 +7,8 @@ import pytest
 
 from linuxcnc_machine import NEAR, PERIOD, Machine, mill, needs_gcc
 from splinefeed.live import linuxcnc_wire as wires
+from splinefeed.live.linuxcnc_motion import PlannedMotion
+from splinefeed.planner.receding import OutOfReachError
 from splinefeed.records import Array
 
 
@@ -51,6 +53,40 @@ def test_overrides_up_and_down_are_planned_anew_within_the_limits():
     machine.run()
     assert machine.said == [] and machine.wire.seg_done == 600
     assert machine.kept()
+
+
+@needs_gcc
+def test_where_no_motion_on_is_found_it_stops_on_the_path_and_goes_on_from_there(monkeypatch):
+    machine, failed, block = Machine(), [], PlannedMotion.block
+    machine.wavy(300)
+    machine.pausing = True  # what is sent waits, and the machine is at rest
+
+    def failing(self, **how):
+        if machine.planner.sent and len(failed) < 2:
+            failed.append(machine.moving)
+            raise OutOfReachError("no way on")
+        return block(self, **how)
+
+    monkeypatch.setattr(PlannedMotion, "block", failing)
+    machine.run(200)
+    assert failed == [False]
+    machine.pausing = False
+    machine.run()
+    assert len(failed) == 2 and machine.said == [] and machine.wire.seg_done == 300
+    assert machine.kept()
+
+
+@needs_gcc
+def test_a_motion_that_is_never_found_is_said_and_nothing_moves(monkeypatch):
+    machine = Machine()
+    machine.wavy(300)
+
+    def failing(self, **how):
+        raise OutOfReachError("no way on")
+
+    monkeypatch.setattr(PlannedMotion, "block", failing)
+    machine.run(200)
+    assert machine.said[0] == "no way on" and not machine.moving
 
 
 @needs_gcc

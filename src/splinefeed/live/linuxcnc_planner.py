@@ -11,6 +11,7 @@ import time
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass
 from functools import partial
 
@@ -97,7 +98,7 @@ class Planner:
         self.session = time.time_ns() & 0x7FFFFFFFFFFFFFFF
         self.run: PlannedMotion | None = None
         self.sent: dict[int, SentBatch] = {}
-        self.head, self.piece = int(wire.batch_head), int(wire.piece_seen)
+        self.head, self.piece = max(int(wire.batch_head), 1), int(wire.piece_seen)  # 0 is played: none has been
         self.after = 0
         self.read = int(wire.seg_done)
         self.epoch = -1
@@ -129,10 +130,8 @@ class Planner:
         self.alive = self.clock()
         try:
             return self._step()
-        except (
-            PlanError
-        ) as error:  # from its state the motion finds no way on: the stop is played, and it begins at rest
-            if self.run is None or self.stranded or int(self.wire.state) == wires.REST:
+        except PlanError as error:  # from its state the motion finds no way on: it comes to rest, and begins anew there
+            if self.stranded or not self._own():
                 self.fault(str(error))
             self.stranded = self.run is not None
         except SplinefeedError as error:
@@ -301,32 +300,25 @@ class Planner:
         t = when - float(starts[at]) if sure.straight[here + at] else float(sure.span[here + at])
         at += here
         s, feed, acceleration = sure.state(at, t)
-        self._under(now)
-        begun = self.clock()
+        begun, anew = self.clock(), copy(run)
+        anew.overrides = now
         try:
-            run.restart(s, State(feed * rate, acceleration * rate * rate))
-            block = run.block(soon=True)
+            anew.restart(s, State(feed * rate, acceleration * rate * rate))
+            block = anew.block(soon=True)
         except SplinefeedError:
             block = None
         if block is None:  # the motion of before goes on, slower where it must
-            self._under(batch.overrides)
             self.changed = self.clock() + 20 * STEADY
-            self._go_on(run, self.sent[max(self.sent)])
             return
+        self.run = anew
+        self._under(now)
         self.after = batch.piece + at
-        self._send(run, block, rate=rate, at=t)
+        self._send(anew, block, rate=rate, at=t)
         self._took(begun)
 
     def _took(self, begun: float) -> None:
         """Note how long the last batch took to plan since a time, s."""
         self.takes += 0.3 * (self.clock() - begun - self.takes)
-
-    def _go_on(self, run: PlannedMotion, last: SentBatch) -> None:
-        """Plan again behind a batch that was sent."""
-        s, feed, acceleration = last.sure.end
-        with suppress(SplinefeedError):
-            run.restart(s, State(feed, acceleration if feed > 0.0 else 0.0))
-        self.after = last.piece + len(last.sure) - 1
 
     # --- what goes --------------------------------------------------------------------------------------------------
 
@@ -381,6 +373,10 @@ class Planner:
         self.after, run.done = self.piece + len(sure) - 1, sure.end[0]
         self.piece += n
 
+    def _own(self) -> list[int]:
+        """Numbers of the batches of this run, each with a stop behind it, that were sent since it last was at rest."""
+        return [k for k, batch in self.sent.items() if self.run is not None and batch.track is self.run.track]
+
     # --- what went wrong --------------------------------------------------------------------------------------------
 
     def _begin_again(self) -> None:
@@ -393,13 +389,16 @@ class Planner:
         if why == wires.WHY_LATE and self.run is not None and not int(wire.seg_clear) > self.run.first:
             now = int(wire.batch_now)
             playing = self.sent.get(now)
+            self.sent = {k: batch for k, batch in self.sent.items() if k <= now}
             self.stranded = int(wire.state) != wires.MOVES or playing is None or playing.track is not self.run.track
             if not self.stranded and playing is not None:  # it goes on as planned before: there is time to plan again
-                self.sent = {k: batch for k, batch in self.sent.items() if k <= now}
                 self._under(playing.overrides)
                 self.piece = playing.behind
                 self.takes = min(2.0 * self.takes, FARTHEST)
-                self._go_on(self.run, playing)
+                self.after = playing.piece + len(playing.sure) - 1
+                s, feed, acceleration = playing.sure.end
+                with suppress(SplinefeedError):
+                    self.run.restart(s, State(feed, acceleration if feed > 0.0 else 0.0))
             return
         self.stranded = False
         self.read = max(self.read, int(wire.seg_clear))
@@ -411,7 +410,7 @@ class Planner:
         """Where the stop has been played, plan on from there."""
         wire, run = self.wire, self.run
         assert run is not None
-        self.stranded = int(wire.state) != wires.REST
+        self.stranded = int(wire.state) != wires.REST or max(self._own(), default=0) > int(wire.batch_now)
         if self.stranded:
             return
         batch = self.sent.get(int(wire.batch_now))
