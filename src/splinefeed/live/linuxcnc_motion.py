@@ -137,9 +137,11 @@ class PlannedMotion:
         MotionBlock or None
             None where nothing more can be planned yet.
         """
-        count = len(self.track.parts)
-        begun = self.track.part_at(self.done) if count else 0
+        track, count = self.track, len(self.track.parts)
+        begun = track.part_at(self.done) if count else 0
         known = (self.soon if soon else KNOWN) * min(self.overrides[0], 1.0)
+        if count:  # from the start of that part on
+            known += self.times[begun] * (self.done - track.starts[begun]) / track.parts[begun].length
         while True:
             while self.given < count and (self.given <= begun or sum(self.times[begun : self.given]) < known):
                 self._offer()

@@ -240,10 +240,10 @@ def lay(
     nodes = np.interp(at[owner] + share * np.diff(at)[owner], total, samples.s)
     nodes[share == 0.0] = edges[:-1]
     nodes = np.unique(np.append(nodes, end))
-    cells = np.diff(nodes)
+    cells, apart = np.diff(nodes), np.diff(edges)
     first, last = (
-        1.5 * growth * end.ramp if end.rest else min(cell, end.way(side))
-        for end, cell, side in zip(ends, (cells[0], cells[-1]), (1.0, -1.0), strict=True)
+        1.5 * growth * end.ramp if end.rest else min(cells[at], fine * min(apart[at], end.way(side)))
+        for end, at, side in zip(ends, (0, -1), (1.0, -1.0), strict=True)
     )
     for _ in range(HALVINGS):  # geometric from both ends
         away = np.maximum(growth * (nodes[1:] - low), first), np.maximum(growth * (high - nodes[:-1]), last)

@@ -8,6 +8,9 @@ steps on
 All rows are rows on y = (q, q', q'') at a place, so that derivatives are put together there, in 3 x 3, and carried to
 the four coefficients of the cell once. One term keeps the problem from being convex, the bound 1 / sqrt(q) of jerk: its
 curvature takes away from that of the time, 3/4 (weight - sum z) / sqrt(q)^5, and counts as far as that is positive.
+Where q falls to nothing the slack of that bound grows without end, so that many places close together draw the motion
+to a standstill there while mu is large: -mu/2 log q for each row of jerk takes that away. So s counts as a share of
+the bound, and it is gone when mu is.
 """
 
 from __future__ import annotations
@@ -206,7 +209,7 @@ class Problem:
         over = (j - r + up + up_root * root, -j - r + down + down_root * root)
         return y, r, np.concatenate([(q / rows.top - 1.0)[None], rise - rows.high, rows.low + fall, *over])
 
-    def newton(self, y: Array, r: Array, z: Array, s: Array, push: Array) -> Array | None:
+    def newton(self, y: Array, r: Array, z: Array, s: Array, push: Array, mu: float) -> Array | None:
         """The Newton step in the coefficients, (m,): push (rows, n) = (mu + z (g + s)) / s; None if there is none."""
         w, stiff, (up, down) = self.weight, z / s, self.jerks
         r3 = r * r * r
@@ -214,6 +217,9 @@ class Problem:
         grad[0] += -0.5 * w * r3 + push[0] / self.rows.top
         bent = np.maximum(w - np.sum(z[up] + z[down], axis=0), 0.0)
         hess[0] = 0.75 * bent * r3 * r * r + stiff[0] / self.rows.top**2
+        level = mu * len(self.rows.jerk) * r * r  # of the term -mu/2 log q of each row of jerk
+        grad[0] -= level
+        hess[0] += level * r * r
         for (one, other, more, pairs), (rise, fall) in zip(self.kinds, self.slopes(r), strict=True):
             above, below = stiff[one] * rise, stiff[other] * fall
             grad[0] += np.sum(push[one] * rise - push[other] * fall, axis=0)
@@ -302,7 +308,7 @@ def solve(problem: Problem, c: Array, gap: float, z: Array | None = None) -> Sol
     before, fall = time, np.inf
     for _ in range(STEPS):
         residual = g + s
-        dc = problem.newton(y, r, z, s, (mu + z * residual) / s)
+        dc = problem.newton(y, r, z, s, (mu + z * residual) / s, mu)
         if dc is None:
             break
         dq, dg = problem.change(y, r, dc)
