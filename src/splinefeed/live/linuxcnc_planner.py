@@ -130,7 +130,7 @@ class Planner:
         self.alive = self.clock()
         try:
             return self._step()
-        except PlanError as error:  # from its state the motion finds no way on: it comes to rest, and begins anew there
+        except PlanError as error:  # no way on from its state: it comes to rest, and goes on from there
             if self.stranded or not self._own():
                 self.fault(str(error))
             self.stranded = self.run is not None
@@ -300,20 +300,20 @@ class Planner:
         t = when - float(starts[at]) if sure.straight[here + at] else float(sure.span[here + at])
         at += here
         s, feed, acceleration = sure.state(at, t)
-        begun, anew = self.clock(), copy(run)
-        anew.overrides = now
+        begun, other = self.clock(), copy(run)
+        other.overrides = now
         try:
-            anew.restart(s, State(feed * rate, acceleration * rate * rate))
-            block = anew.block(soon=True)
+            other.restart(s, State(feed * rate, acceleration * rate * rate))
+            block = other.block(soon=True)
         except SplinefeedError:
             block = None
         if block is None:  # the motion of before goes on, slower where it must
             self.changed = self.clock() + 20 * STEADY
             return
-        self.run = anew
+        self.run = other
         self._under(now)
         self.after = batch.piece + at
-        self._send(anew, block, rate=rate, at=t)
+        self._send(other, block, rate=rate, at=t)
         self._took(begun)
 
     def _took(self, begun: float) -> None:
