@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from linuxcnc_machine import NEAR, PERIOD, Machine, mill, needs_gcc
 from splinefeed.live import linuxcnc_wire as wires
 from splinefeed.live.linuxcnc_motion import PlannedMotion
 from splinefeed.planner.receding import OutOfReachError
-from splinefeed.records import Array
+from splinefeed.records import Array, State
 
 
 def distance(points: Array, polyline: Array) -> float:
@@ -74,6 +76,22 @@ def test_where_no_motion_on_is_found_it_stops_on_the_path_and_goes_on_from_there
     machine.run()
     assert len(failed) == 2 and machine.said == [] and machine.wire.seg_done == 300
     assert machine.kept()
+
+
+@needs_gcc
+def test_an_override_is_planned_over_as_much_path_at_the_end_of_a_part_as_elsewhere():
+    machine = Machine()
+    machine.line(200.0, 0.0, 0.0, term=1)
+    for k in range(40):
+        machine.line(200.0, 10.0 * (k + 1), 0.0, term=1)
+    machine.run(50)
+    assert machine.planner is not None and machine.planner.run is not None
+    run = copy(machine.planner.run)
+    end = run.track.starts[1]
+    run.restart(end - 1e-3, State())
+    run.block(soon=True)
+    known = run.track.starts[run.given - 1] + run.track.parts[run.given - 1].length
+    assert known >= end + 60.0 * run.soon
 
 
 @needs_gcc

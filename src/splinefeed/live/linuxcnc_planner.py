@@ -98,7 +98,8 @@ class Planner:
         self.session = time.time_ns() & 0x7FFFFFFFFFFFFFFF
         self.run: PlannedMotion | None = None
         self.sent: dict[int, SentBatch] = {}
-        self.head, self.piece = max(int(wire.batch_head), 1), int(wire.piece_seen)  # 0 is played: none has been
+        self.head = max(int(wire.batch_head), 1)  # the number played, batch_now, is 0 before the first one
+        self.piece = int(wire.piece_seen)
         self.after = 0
         self.read = int(wire.seg_done)
         self.epoch = -1

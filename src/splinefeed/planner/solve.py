@@ -210,7 +210,10 @@ class Problem:
         return y, r, np.concatenate([(q / rows.top - 1.0)[None], rise - rows.high, rows.low + fall, *over])
 
     def newton(self, y: Array, r: Array, z: Array, s: Array, push: Array, mu: float) -> Array | None:
-        """The Newton step in the coefficients, (m,): push (rows, n) = (mu + z (g + s)) / s; None if there is none."""
+        """The Newton step in the coefficients, (m,), towards z s = mu, s; None if there is none.
+
+        push (rows, n) = (mu + z (g + s)) / s
+        """
         w, stiff, (up, down) = self.weight, z / s, self.jerks
         r3 = r * r * r
         grad, hess = np.zeros((3, len(r))), np.zeros((6, len(r)))
